@@ -1,10 +1,18 @@
 //! The power series of a window, scaled to its length.
 
+use super::Window;
 use crate::numerics::kernel::{Row, vectorised};
-use crate::numerics::series::{LOW, ORDER, projections};
+use crate::numerics::poly::OVER;
+use crate::numerics::series::{LOW, ORDER, Powers, projections};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
+use std::array::from_fn;
 
+/// Lanes of the rows of a series after the forces on the piston and on the bit: pressures and masses of the chambers, and
+/// the piston's positions.
+pub(super) const PRESSURE: usize = 2;
+pub(super) const MASS: usize = 4;
+pub(super) const PLACE: usize = 6;
 /// Series in time, scaled to a window's length, and projections of its forces and pressures.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Fit {
@@ -13,24 +21,81 @@ pub(super) struct Fit {
     /// Upper and lower bounds of the first four series over the window.
     pub(super) most: [f64; 4],
     pub(super) least: [f64; 4],
+    /// What the projections leave out at the end of the window at which they leave out more.
+    pub(super) left_out: [f64; 4],
 }
 
 vectorised! {
     /// Scales rows to a length and projects their first four numbers. Powers whose omission changes nothing by more
     /// than `small` may be left out of a projection.
     pub(super) fn scale(rows: &'a [Row; ORDER + 1], length: f64, small: [f64; 4], fit: &'a mut Fit) -> () as Scale, _simd {
-        let (mut power, mut first) = (1.0, [[0.0; 4]; ORDER + 1]);
-        for ((row, scaled), first) in rows.iter().zip(&mut fit.rows).zip(&mut first) {
-            scaled.iter_mut().zip(row).for_each(|(scaled, c)| *scaled = c * power);
-            first.copy_from_slice(&scaled[..4]);
+        let [mut whole, mut most, mut least]: [[f64; 4]; 3] = [from_fn(|i| rows[0][i]); 3];
+        fit.rows[0] = rows[0];
+        let mut power = 1.0;
+        for (row, scaled) in rows[1..].iter().zip(&mut fit.rows[1..]) {
             power *= length;
-        }
-        let (mut most, mut least) = (first[0], first[0]);
-        for row in &first[1..] {
-            most.iter_mut().zip(row).for_each(|(most, c)| *most += if *c > 0.0 { *c } else { 0.0 });
-            least.iter_mut().zip(row).for_each(|(least, c)| *least += if *c < 0.0 { *c } else { 0.0 });
+            let terms: Row = from_fn(|i| row[i] * power);
+            *scaled = terms;
+            for i in 0..4 {
+                whole[i] += terms[i];
+                most[i] += if terms[i] > 0.0 { terms[i] } else { 0.0 };
+                least[i] += if terms[i] < 0.0 { terms[i] } else { 0.0 };
+            }
         }
         (fit.most, fit.least) = (most, least);
-        fit.parts = projections(&first, small);
+        let parts = projections(&fit.rows, small);
+        for i in 0..4 {
+            let end = parts.iter().fold(0.0, |end, part| end + part[i]);
+            fit.left_out[i] = (fit.rows[0][i] - parts[0][i]).abs().max((whole[i] - end).abs());
+        }
+        fit.parts = parts;
     }
+}
+
+/// What the air presses on, m2, and the volumes of the chambers at the positions zero, m3.
+#[derive(Clone, Copy)]
+pub(super) struct Swept {
+    pub(super) areas: [f64; 2],
+    pub(super) dead: [f64; 2],
+    /// True if the piston's two positions differ.
+    pub(super) apart: bool,
+}
+
+vectorised! {
+    /// Writes the polynomials of a window whose length is known. `sums` is not scaled to the length.
+    pub(super) fn write(window: &'a mut Window, fit: &'a Fit, sums: &'a [[f64; 2]; ORDER + 1], swept: Swept) -> () as Write, _simd {
+        let Swept { areas, dead, apart } = swept;
+        for (k, part) in fit.parts.iter().enumerate() {
+            (0..2).for_each(|i| window.push[i][k] = areas[i] * part[PRESSURE + i]);
+        }
+        add_up_moment(window, &fit.rows, apart);
+        let (mut power, mut added) = (1.0, dead);
+        let scaled = fit.rows.iter().zip(sums);
+        for (row, (&[_, _, p, q, m, n, x, y], sums)) in window.rows.iter_mut().zip(scaled) {
+            let [v, w] = [added[0] + areas[0] * x, added[1] + areas[1] * y];
+            *row = [p, q, m, n, v, w, sums[0] * power, sums[1] * power];
+            power *= window.length;
+            added = [0.0; 2];
+        }
+    }
+}
+
+/// `int P' x`: the slopes of the forces times the positions.
+#[inline(always)]
+fn add_up_moment(window: &mut Window, rows: &[Row; ORDER + 1], apart: bool) {
+    let [mut push, back] = window.push;
+    // Where both forces act on the same position, their sum acts on it.
+    push.iter_mut().zip(back).for_each(|(sum, back)| *sum += if apart { 0.0 } else { back });
+    // Beyond the last power the sums are not wanted; they let all loops have the same length.
+    let mut moment = [0.0; ORDER + LOW];
+    for (i, forces) in [push, back].iter().enumerate().take(if apart { 2 } else { 1 }) {
+        let place: Powers = from_fn(|k| rows[k][PLACE + i]);
+        for (k, force) in forces.iter().enumerate().skip(1) {
+            let slope = k as f64 * force;
+            for (sum, x) in moment[k..][..=ORDER].iter_mut().zip(&place) {
+                *sum += slope * x;
+            }
+        }
+    }
+    window.moment = from_fn(|k| if k == 0 { 0.0 } else { moment[k] * OVER[k - 1] });
 }

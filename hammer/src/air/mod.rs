@@ -7,7 +7,9 @@
 //! are valid up to the event.
 
 mod fit;
+mod lanes;
 pub(crate) mod series;
+mod steel;
 mod stream;
 mod windows;
 

@@ -7,14 +7,16 @@
 //! ([`Series::length`]).
 //!
 //! Coefficient `k` of a product of two series, and of every other operation, is a sum over pairs of coefficients. All
-//! operations on the chambers, and all on one flow ([`Stream`]), share rows ([`Lanes`]), so that their sums are
-//! computed together.
+//! operations on the chambers and on the flows ([`Stream`]) share rows ([`Lanes`]), so that their sums are computed
+//! together.
 
-use super::fit::Fit;
-use super::stream::{self, Lanes, Stream};
+use super::fit::{Fit, MASS, PLACE, PRESSURE};
+use super::lanes::Lanes;
+use super::steel::Steel;
+use super::stream::{self, Gains, Order, Stream};
 use super::{Air, ENDS, PATHS, Places};
 use crate::laws::air::{GAS, KAPPA, Opening, Regime, Side};
-use crate::numerics::kernel::{LANES, Row, vectorised};
+use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::math;
 use crate::numerics::poly::{OVER, Poly};
 use crate::numerics::series::{LOW, ORDER};
@@ -24,6 +26,8 @@ use crate::quantities::parameters::Parameters;
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
+pub(crate) use super::steel::Block;
+
 /// Longest window, s, even if the series would be valid for longer.
 pub(crate) const LONGEST: f64 = 0.02;
 /// Largest error of a pressure at one instant, unless a larger error of its mean is allowed.
@@ -32,28 +36,10 @@ const INSTANT: f64 = 1e-4;
 const BEYOND: f64 = 2.0;
 /// Heat capacity of air at constant pressure, over its gas constant.
 const HEAT: f64 = KAPPA / (KAPPA - 1.0);
-/// Lanes of [`Series::rows`] after the forces on the piston and on the bit: pressures and masses of the chambers, and
-/// the piston's positions.
-pub(super) const PRESSURE: usize = 2;
-const MASS: usize = 4;
-pub(super) const PLACE: usize = 6;
-/// Lanes per chamber in the row of both chambers: products of the volume and of its rate with the pressure, of `R T`
-/// with the mass, and of `R T` with the total outflow.
-const CHAMBER: usize = LANES / 2;
-
-/// Two coordinates of the steel, `z' = B z + b f`, and their share of the piston's positions.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Block {
-    pub start: [f64; 2],
-    /// `B`, row by row.
-    pub matrix: [f64; 4],
-    /// `b` for the force `F_A` on the piston, and for the return chamber's force on the bit.
-    pub pushed: [[f64; 2]; 2],
-    /// What the other loads contribute to `b f`: a power series in time.
-    pub others: [[f64; LOW]; 2],
-    /// Shares of the coordinates in `x` and in `y`.
-    pub parts: [[f64; 2]; 2],
-}
+/// The chambers' halves of [`Lanes`]: products of the volumes and of their rates with the pressures; and, if air leaves
+/// a chamber, of `R T` with the masses and with the total outflows.
+const SWELLING: usize = 0;
+const WARMTH: usize = 1;
 
 /// Coordinates of the steel that are not expanded, because they follow the forces without delay (quasi-static). A
 /// force's displacement is divided among all coordinates so that the shares of its speed cancel: the expanded
@@ -88,61 +74,40 @@ pub(crate) struct Problem<'a> {
     pub outside: [Poly; 2],
 }
 
-/// A chamber's first coefficients.
+/// First coefficients, of both chambers.
 #[derive(Clone, Copy, Debug, Default)]
-struct Chamber {
-    pressure: f64,
+struct Chambers {
+    pressure: [f64; 2],
     /// `R T`.
-    heat: f64,
-    volume: f64,
+    heat: [f64; 2],
+    volume: [f64; 2],
     /// The sum of the flows out of the chamber.
-    outflow: f64,
+    outflow: [f64; 2],
     /// Reciprocals of volume and mass.
-    reciprocals: [f64; 2],
-    /// Pressure lost per volume gained, `kappa p / V`, Pa/m3.
-    stiffness: f64,
-}
-
-/// Coefficients of the masses and of `sum flow R T` that [`Air::sides`] gain, and of the total flow out of each. Those of
-/// the chambers are [`Self::of_chambers`].
-#[derive(Clone, Copy, Debug, Default)]
-struct Gains {
-    masses: [f64; 4],
-    heats: [f64; 4],
-    outflows: [f64; 4],
-}
-
-impl Gains {
-    /// Adds a flow and its product with `R T`. The product is left out for flows out of a chamber, whose sum is
-    /// multiplied once.
-    #[inline(always)]
-    fn add(&mut self, stream: &Stream, [flow, warmth]: [f64; 2]) {
-        let [from, to] = stream.sides;
-        self.masses[from] -= flow;
-        self.outflows[from] += flow;
-        self.masses[to] += flow;
-        self.heats[to] += warmth;
-    }
-
-    /// What the chambers gain, and what the supply gives.
-    #[inline(always)]
-    fn of_chambers(&self) -> ([[f64; 2]; 3], f64) {
-        let of = |all: [f64; 4]| [all[2], all[3]];
-        ([self.masses, self.heats, self.outflows].map(of), -self.masses[0])
-    }
+    over_volume: [f64; 2],
+    over_mass: [f64; 2],
+    /// Volume per metre of the piston's position, m2, and the pressure lost per metre, `kappa p / V` times that, Pa/m.
+    swept: [f64; 2],
+    stiffness: [f64; 2],
 }
 
 /// The power series of a window.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
-    /// Coefficients of the expanded coordinates.
-    blocks: Vec<Block>,
-    chambers: [Chamber; 2],
-    /// Products of both chambers in the first row, then one row per flow.
-    lanes: [Lanes; 1 + PATHS],
+    /// The expanded coordinates.
+    steel: Steel,
+    chambers: Chambers,
+    /// Products of both chambers, then of each flow.
+    lanes: Lanes,
+    /// The last coefficients of the air on the sides of the flow paths.
+    sides: stream::Air,
     pub(super) streams: Vec<Stream>,
+    /// True if air leaves a chamber.
+    is_leaving: bool,
     /// True if the pressures of supply and exhaust are constant.
     pub(super) is_still: bool,
+    /// True if the forces displace the piston at once.
+    is_soft: bool,
     /// `F_A`, the return chamber's force on the bit, pressures and masses of the chambers, the piston's positions.
     pub(super) rows: [Row; ORDER + 1],
     /// Series of the mass taken from the supply, and of the enthalpy that enters the chambers.
@@ -218,34 +183,31 @@ pub(super) fn pushes(
 vectorised! {
     /// Expands the window that begins at the epoch.
     pub(super) fn expand(series: &'a mut Series, air: &'a Air, problem: &'a Problem<'a>) -> () as Expand, simd {
-        let mut blocks = std::mem::take(&mut series.blocks);
-        blocks.clone_from(&problem.blocks);
-        let mut gains = series.begin(air, problem, &blocks);
-        for k in 1..=ORDER {
-            gains = series.go_on(simd, problem, &mut blocks, (k, gains));
+        let mut gains = series.begin(air, problem);
+        for k in 1..ORDER + 1 {
+            series.lanes.add_up(simd, k);
+            let order = (k, k as f64, OVER[k - 1]);
+            let places = series.go_on(problem, order, &gains);
+            if k < ORDER {
+                gains = series.flow_on(problem, order, places);
+            }
         }
-        series.blocks = blocks;
     }
 }
 
 impl Problem<'_> {
-    /// Coefficient `k` of the piston's positions, without the immediate effect of the forces' own coefficient `k`.
+    /// Coefficient `k` of the piston's positions, without the immediate effect of the forces' own coefficient `k`, where
+    /// the expanded coordinates contribute `moved`.
     #[inline(always)]
-    fn unforced(&self, blocks: &[Block], k: usize) -> Places {
+    fn unforced(&self, moved: Places, k: usize) -> Places {
         let still = &self.left.still;
-        let mut places = [0, 1].map(|i| if k < LOW { still[i][k] } else { 0.0 });
-        for block in blocks {
-            places[0] += block.along(0, block.start);
-            if self.apart {
-                places[1] += block.along(1, block.start);
-            }
-        }
-        if self.apart { places } else { [places[0]; 2] }
+        let [x, y] = from_fn(|i| if k < LOW { still[i][k] + moved[i] } else { moved[i] });
+        [x, if self.apart { y } else { x }]
     }
 
     /// Coefficient `k` of `F_A` and of the force on the bit.
     #[inline(always)]
-    fn forces(&self, pressures: [f64; 2], blocks: &[Block], k: usize) -> [f64; 2] {
+    fn forces(&self, pressures: [f64; 2], steel: &Steel, k: usize) -> [f64; 2] {
         let (drive, drag) = (&self.parameters.drive, self.parameters.air.drag);
         let exhaust = self.outside[1].0[k];
         let push = (pressures[0] - exhaust) * drive.area_drive;
@@ -254,8 +216,7 @@ impl Problem<'_> {
             return [push - back, back];
         }
         let Left { speeds: [own, other], others, .. } = &self.left;
-        let speed: f64 = blocks.iter().map(|block| block.along(0, block.rates())).sum();
-        let speed = speed - other * back - if k < LOW { others[k] } else { 0.0 };
+        let speed = steel.speed() - other * back - if k < LOW { others[k] } else { 0.0 };
         [(push - back - drag * speed) / (1.0 - drag * own), back]
     }
 
@@ -264,123 +225,115 @@ impl Problem<'_> {
     fn given(&self, forces: [f64; 2]) -> Places {
         self.left.gives.map(|by| by[0] * forces[0] + by[1] * forces[1])
     }
-
-    /// Coefficient `k` of the air on the sides of the flow paths.
-    #[inline(always)]
-    fn sides(&self, pressures: [f64; 2], heats: [f64; 2], k: usize) -> [stream::Air; 4] {
-        let heat = if k == 0 { GAS * self.parameters.air.temperature } else { 0.0 };
-        let [supply, exhaust] = [0, 1].map(|i| [self.outside[i].0[k], heat]);
-        [supply, exhaust, [pressures[0], heats[0]], [pressures[1], heats[1]]]
-    }
 }
 
 impl Series {
-    /// Sets the first coefficients.
-    fn begin(&mut self, air: &Air, problem: &Problem, blocks: &[Block]) -> Gains {
+    /// Sets the first coefficients. Returns those of the gains.
+    fn begin(&mut self, air: &Air, problem: &Problem) -> Gains {
+        self.steel.begin(&problem.blocks);
         let at = |places: Places| {
             let volumes = super::volumes(problem.parameters, places);
             (volumes, super::pressures(&air.content, volumes))
         };
-        let mut places = problem.unforced(blocks, 0);
+        let mut places = problem.unforced(self.steel.places(), 0);
         let (mut volumes, mut pressures) = at(places);
-        let mut forces = problem.forces(pressures, blocks, 0);
-        if problem.left.is_soft() {
+        let mut forces = problem.forces(pressures, &self.steel, 0);
+        self.is_soft = problem.left.is_soft();
+        if self.is_soft {
             let given = problem.given(forces);
             places = [places[0] + given[0], places[1] + given[1]];
             (volumes, pressures) = at(places);
-            forces = problem.forces(pressures, blocks, 0);
+            forces = problem.forces(pressures, &self.steel, 0);
         }
         let masses = [air.content[0], air.content[2]];
-        self.chambers = from_fn(|i| {
-            let (volume, mass, pressure) = (volumes[i], masses[i], pressures[i]);
-            let reciprocals = [1.0 / volume, 1.0 / mass];
-            let heat = pressure * volume * reciprocals[1];
-            let stiffness = KAPPA * pressure * reciprocals[0];
-            Chamber { pressure, heat, volume, outflow: 0.0, reciprocals, stiffness }
-        });
+        self.chambers = Chambers::new(problem.parameters, (masses, volumes, pressures));
+        let heats = self.chambers.heat;
         self.open(air, problem, places[0]);
-        let (heats, mut gains) = (self.chambers.map(|chamber| chamber.heat), Gains::default());
-        let sides = problem.sides(pressures, heats, 0);
+        self.lanes.clear();
+        self.lanes.begin([volumes[0], volumes[1], 0.0, 0.0], twice(pressures));
+        self.is_leaving = self.streams.iter().any(Stream::leaves_chamber);
+        if self.is_leaving {
+            self.lanes.begin(twice(heats), [0.0; 4]);
+        }
+        let outside = problem.outside.each_ref().map(|poly| poly.0[0]);
+        let warm = [GAS * problem.parameters.air.temperature; 2];
+        self.sides = [both(outside, pressures), both(warm, heats)];
         self.is_still = problem.outside.iter().all(Poly::is_constant);
-        let is_still = self.is_still;
-        for (stream, lanes) in self.streams.iter_mut().zip(&mut self.lanes[1..]) {
-            let flow = stream.begin(lanes, &sides, is_still);
-            gains.add(stream, flow);
+        let mut gains = Gains::default();
+        for stream in &mut self.streams {
+            stream.begin(&mut self.lanes, &self.sides, self.is_still, &mut gains);
         }
-        let ([_, _, outflows], _) = gains.of_chambers();
-        for (chamber, outflow) in self.chambers.iter_mut().zip(outflows) {
-            chamber.outflow = outflow;
+        let [_, _, outflows @ ..] = gains.flows;
+        self.chambers.outflow = outflows;
+        if self.is_leaving {
+            self.lanes.put(0, WARMTH, twice(heats), both(masses, outflows));
         }
+        (0..2).for_each(|i| gains.heats[i] -= heats[i] * outflows[i]);
         self.rows[0] = row(forces, pressures, masses, places);
         self.sums[0] = [0.0; 2];
-        for i in 0..2 {
-            gains.heats[2 + i] -= heats[i] * outflows[i];
-        }
-        let [(v, w), (p, q)] = [(volumes[0], volumes[1]), (pressures[0], pressures[1])];
-        let ([h, g], [m, n], [out, off]) = (heats, masses, outflows);
-        self.lanes[0].begin([v, 0.0, h, h, w, 0.0, g, g], [p, p, m, out, q, q, n, off]);
         gains
     }
 
-    /// Sets coefficient `k` from what the chambers gained by coefficient `k - 1`. Returns what they gain by coefficient
-    /// `k`.
+    /// Sets coefficient `k` from what the chambers gained by coefficient `k - 1`. Returns that of the positions.
     #[inline(always)]
-    fn go_on<S: Simd>(
-        &mut self,
-        simd: S,
-        problem: &Problem,
-        blocks: &mut [Block],
-        (k, gained): (usize, Gains),
-    ) -> Gains {
-        let (order, over) = (k as f64, OVER[k - 1]);
-        let ([gained_masses, gained_heats, _], supplied) = gained.of_chambers();
+    fn go_on(&mut self, problem: &Problem, (k, order, over): Order, gained: &Gains) -> Places {
         let before = [self.rows[k - 1][0], self.rows[k - 1][1]];
-        blocks.iter_mut().for_each(|block| block.go_on(before, k - 1, over));
-        let drive = &problem.parameters.drive;
-        let (swept, chambers) = ([drive.area_drive, -drive.area_return], &self.chambers);
-        let sum = self.lanes[0].inner::<S, 0>(simd, k);
-        let lane = |i: usize, product: usize| sum[CHAMBER * i + product];
-        let mut places = problem.unforced(blocks, k);
+        let moved = self.steel.go_on(before, (k - 1, over));
+        let (chambers, [p, q, v, w]) = (&self.chambers, *self.lanes.sums(SWELLING));
+        let (inner, swollen) = ([p, q], [v, w]);
+        let mut places = problem.unforced(moved, k);
         let mut pressures = from_fn(|i| {
-            let warmed = KAPPA * gained_heats[i] - (KAPPA - 1.0) * lane(i, 1);
-            let grown = chambers[i].stiffness * swept[i] * places[i];
-            chambers[i].reciprocals[0] * (over * warmed - lane(i, 0)) - grown
+            let warmed = KAPPA * gained.heats[i] - (KAPPA - 1.0) * swollen[i];
+            let grown = chambers.stiffness[i] * places[i];
+            chambers.over_volume[i] * (over * warmed - inner[i]) - grown
         });
-        let mut forces = problem.forces(pressures, blocks, k);
-        if problem.left.is_soft() {
+        let mut forces = problem.forces(pressures, &self.steel, k);
+        if self.is_soft {
             // The displacement by the forces changes the forces in turn. One correction is enough, because the next one
             // is of higher order.
             for (i, given) in problem.given(forces).into_iter().enumerate() {
                 places[i] += given;
-                pressures[i] -= chambers[i].stiffness * swept[i] * given;
+                pressures[i] -= chambers.stiffness[i] * given;
             }
-            forces = problem.forces(pressures, blocks, k);
+            forces = problem.forces(pressures, &self.steel, k);
         }
-        let masses = gained_masses.map(|gain| over * gain);
+        let masses = [over * gained.flows[0], over * gained.flows[1]];
         self.rows[k] = row(forces, pressures, masses, places);
-        self.sums[k] = [over * supplied, over * HEAT * (gained_heats[0] + gained_heats[1])];
-        if k == ORDER {
-            return gained;
+        let heat = gained.heats[0] + gained.heats[1];
+        self.sums[k] = [over * gained.heats[2], over * HEAT * heat];
+        let [v, w]: [f64; 2] = from_fn(|i| chambers.swept[i] * places[i]);
+        self.lanes.put(k, SWELLING, [v, w, order * v, order * w], twice(pressures));
+        places
+    }
+
+    /// Coefficient `k` of what the chambers gain, after [`Self::go_on`].
+    #[inline(always)]
+    fn flow_on(&mut self, problem: &Problem, order: Order, places: Places) -> Gains {
+        let (k, chambers) = (order.0, self.chambers);
+        let [_, _, p, q, m, n, ..] = self.rows[k];
+        let (pressures, masses, mut heats) = ([p, q], [m, n], [0.0; 2]);
+        if self.is_leaving {
+            let (products, sum) = (self.lanes.sums(SWELLING), self.lanes.sums(WARMTH));
+            heats = from_fn(|i| {
+                let volume = chambers.swept[i] * places[i];
+                let grown = volume * chambers.pressure[i] + chambers.volume[i] * pressures[i];
+                let left = products[i] + grown - sum[i] - chambers.heat[i] * masses[i];
+                chambers.over_mass[i] * left
+            });
         }
-        let volumes: [f64; 2] = from_fn(|i| swept[i] * places[i]);
-        let heats = from_fn(|i| {
-            let chamber = &chambers[i];
-            let grown = volumes[i] * chamber.pressure + chamber.volume * pressures[i];
-            let left = lane(i, 0) + grown - lane(i, 2) - chamber.heat * masses[i];
-            chamber.reciprocals[1] * left
-        });
-        let (sides, mut gains) = (problem.sides(pressures, heats, k), Gains::default());
-        for (stream, lanes) in self.streams.iter().zip(&mut self.lanes[1..]) {
-            let flow = stream.go_on(simd, lanes, (k, over), (&sides, places[0]));
-            gains.add(stream, flow);
+        let outside = problem.outside.each_ref().map(|poly| poly.0[k]);
+        self.sides = [both(outside, pressures), both([0.0; 2], heats)];
+        let mut gains = Gains::default();
+        for stream in &self.streams {
+            stream.go_on(&mut self.lanes, order, (&self.sides, places[0]), &mut gains);
         }
-        let ([_, _, outflows], _) = gains.of_chambers();
-        for i in 0..2 {
-            let Chamber { heat, outflow, .. } = chambers[i];
-            gains.heats[2 + i] -= lane(i, 3) + heat * outflows[i] + heats[i] * outflow;
-            let left = [volumes[i], order * volumes[i], heats[i], heats[i]];
-            let right = [pressures[i], pressures[i], masses[i], outflows[i]];
-            self.lanes[0].put(k, i, left, right);
+        if self.is_leaving {
+            let ([_, _, outflows @ ..], sum) = (gains.flows, self.lanes.sums(WARMTH));
+            for i in 0..2 {
+                let left = chambers.heat[i] * outflows[i] + heats[i] * chambers.outflow[i];
+                gains.heats[i] -= sum[2 + i] + left;
+            }
+            self.lanes.put(k, WARMTH, twice(heats), both(masses, outflows));
         }
         gains
     }
@@ -400,6 +353,37 @@ impl Series {
     }
 }
 
+impl Chambers {
+    /// Chambers with these masses, volumes and pressures.
+    fn new(
+        parameters: &Parameters,
+        (mass, volume, pressure): ([f64; 2], [f64; 2], [f64; 2]),
+    ) -> Self {
+        let [over_volume, over_mass] = [volume, mass].map(|of| of.map(|of| 1.0 / of));
+        let swept = [parameters.drive.area_drive, -parameters.drive.area_return];
+        Self {
+            pressure,
+            heat: from_fn(|i| pressure[i] * volume[i] * over_mass[i]),
+            volume,
+            outflow: [0.0; 2],
+            over_volume,
+            over_mass,
+            swept,
+            stiffness: from_fn(|i| KAPPA * pressure[i] * over_volume[i] * swept[i]),
+        }
+    }
+}
+
+#[inline(always)]
+fn both([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 4] {
+    [a, b, c, d]
+}
+
+#[inline(always)]
+fn twice(pair: [f64; 2]) -> [f64; 4] {
+    both(pair, pair)
+}
+
 /// A row of [`Series::rows`].
 #[inline(always)]
 fn row([f, b]: [f64; 2], [p, q]: [f64; 2], [m, n]: [f64; 2], [x, y]: Places) -> Row {
@@ -411,17 +395,18 @@ impl Series {
     pub(super) fn length(&self, air: &Air, problem: &Problem) -> f64 {
         let AirLaw { error, port_height, .. } = problem.parameters.air;
         let first = &self.rows[0];
-        let mut weights = [0.0; LANES];
-        for lane in PRESSURE..PLACE {
-            weights[lane] = 1.0 / (first[lane] * error);
-        }
+        // Of the pressures and masses, and of the piston's position.
+        let mut weights = [0.0; PLACE + 1 - PRESSURE];
+        let (contents, place) = weights.split_at_mut(PLACE - PRESSURE);
+        let starts = contents.iter_mut().zip(&first[PRESSURE..]);
+        starts.for_each(|(weight, start)| *weight = 1.0 / (start * error));
         if air.openings.as_flattened().contains(&Opening::Partial) {
-            weights[PLACE] = 1.0 / (port_height * instant(error));
+            place[0] = 1.0 / (port_height * instant(error));
         }
         let mut length = problem.left.longest;
         for (k, row) in self.rows.iter().enumerate().skip(ORDER - 1) {
             // The largest ratio of a term to its allowed error if the length is 1 s; infinite for NaN.
-            let part = row.iter().zip(&weights).map(|(c, weight)| (c * weight).abs());
+            let part = row[PRESSURE..].iter().zip(&weights).map(|(c, weight)| (c * weight).abs());
             let most = part.fold(0.0, |most: f64, part| if part <= most { most } else { part });
             if most.is_nan() {
                 return 0.0;
@@ -430,8 +415,7 @@ impl Series {
                 length = 1.0 / math::rough_root(most, k as u64);
             }
         }
-        let volumes = self.chambers.map(|chamber| chamber.volume);
-        let positive = volumes.iter().chain(&first[MASS..PLACE]).all(|x| *x > 0.0);
+        let positive = self.chambers.volume.iter().chain(&first[MASS..PLACE]).all(|x| *x > 0.0);
         if positive && length.is_finite() { length } else { 0.0 }
     }
 }
@@ -439,30 +423,5 @@ impl Series {
 impl Left {
     fn is_soft(&self) -> bool {
         self.gives != [[0.0; 2]; 2]
-    }
-}
-
-impl Block {
-    /// Contribution of the coordinates to a position.
-    #[inline(always)]
-    fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
-        self.parts[place][0] * p + self.parts[place][1] * q
-    }
-
-    #[inline(always)]
-    fn rates(&self) -> [f64; 2] {
-        let ([p, q], b) = (self.start, &self.matrix);
-        [b[0] * p + b[1] * q, b[2] * p + b[3] * q]
-    }
-
-    /// Steps from coefficient `k` to `k + 1`, given coefficient `k` of the forces.
-    #[inline(always)]
-    fn go_on(&mut self, forces: [f64; 2], k: usize, over: f64) {
-        let rates = self.rates();
-        self.start = from_fn(|c| {
-            let pushed = self.pushed[0][c] * forces[0] + self.pushed[1][c] * forces[1];
-            let other = if k < LOW { self.others[c][k] } else { 0.0 };
-            (rates[c] + pushed + other) * over
-        });
     }
 }

@@ -3,13 +3,13 @@
 //! The force on the steel is a projection of the force's series on Legendre polynomials of lower degree over
 //! the window. The part left out has zero mean and zero first moments over the window.
 
-use super::fit::{Fit, scale};
-use super::series::{self, PLACE, PRESSURE, Problem, Series, instant};
+use super::fit::{PRESSURE, Swept, scale, write};
+use super::series::{self, Problem, Series, instant};
 use super::{Air, Window, volumes};
 use crate::numerics::bernstein::{first_rise, rise_between};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER, Powers, value};
+use crate::numerics::series::{LOW, Powers, value};
 use std::array::from_fn;
 
 /// Number of halvings of an interval in the search for a negative value of a function that begins at zero.
@@ -41,33 +41,17 @@ impl Air {
             return Err(Some((path, bound)));
         }
         let mut window = storage.take().unwrap_or_default();
-        let fit = &series.fit;
+        window.length = length;
         let drive = &problem.parameters.drive;
-        let areas = [drive.area_drive, -drive.area_return];
-        let push = [0, 1].map(|i| fit.parts.map(|part| areas[i] * part[PRESSURE + i]));
-        // `int P' x`: the slopes of the forces times the positions.
-        let mut moment = [0.0; ORDER + 1];
-        for (i, push) in push.iter().enumerate() {
-            let place: Powers = from_fn(|k| fit.rows[k][PLACE + i]);
-            for (k, force) in push.iter().enumerate().skip(1).filter(|(_, force)| **force != 0.0) {
-                let slope = k as f64 * force;
-                let rises = moment[k..].iter_mut().zip(&place);
-                rises.for_each(|(sum, x)| *sum += slope * x);
-            }
-        }
-        moment.iter_mut().enumerate().skip(1).for_each(|(k, sum)| *sum /= k as f64);
-        let dead = volumes(problem.parameters, [0.0; 2]);
-        let (mut power, mut added) = (1.0, dead);
-        let scaled = fit.rows.iter().zip(&series.sums);
-        for (row, (&[_, _, p, q, m, n, x, y], sums)) in window.rows.iter_mut().zip(scaled) {
-            let [v, w] = [added[0] + areas[0] * x, added[1] + areas[1] * y];
-            *row = [p, q, m, n, v, w, sums[0] * power, sums[1] * power];
-            power *= length;
-            added = [0.0; 2];
-        }
+        let swept = Swept {
+            areas: [drive.area_drive, -drive.area_return],
+            dead: volumes(problem.parameters, [0.0; 2]),
+            apart: problem.apart,
+        };
+        write(&mut window, &series.fit, &series.sums, swept);
         let flows =
             [2, 3].map(|side| series.streams.iter().any(|stream| stream.sides.contains(&side)));
-        (window.length, window.flows, window.moment, window.push) = (length, flows, moment, push);
+        window.flows = flows;
         (window.place, window.reach, window.then) = (problem.places, length, None);
         if let Some((tau, path, bound)) = passage {
             window.reach = tau * length;
@@ -95,12 +79,7 @@ impl Series {
         let mut length = longest;
         while length > SHORTEST {
             scale(&self.rows, length, small, &mut self.fit);
-            let Fit { rows, parts, .. } = &self.fit;
-            let ends = |i: usize| {
-                let whole = rows.iter().map(|row| row[i]).sum::<f64>();
-                let part = parts.iter().map(|part| part[i]).sum::<f64>();
-                (rows[0][i] - parts[0][i]).abs().max((whole - part).abs()) / scales[i]
-            };
+            let ends = |i: usize| self.fit.left_out[i] / scales[i];
             let most = ends(0).max(ends(1));
             if most <= allowed {
                 return Some(length);
@@ -113,33 +92,14 @@ impl Series {
     /// The first time in a window at which a flow passes a bound of its formula by more than the pressures' error, with
     /// the path and the bound.
     fn passage(&self, air: &Air, problem: &Problem, length: f64) -> Option<(f64, usize, usize)> {
-        let (margin, fit) = (instant(problem.parameters.air.error), &self.fit);
+        let margin = instant(problem.parameters.air.error);
         let mut first: Option<(f64, usize, usize)> = None;
-        let outside: [(Powers, [f64; 2]); 2] = from_fn(|i| {
-            let (mut powers, mut power) = ([0.0; ORDER + 1], 1.0);
-            powers[0] = problem.outside[i].0[0];
-            let mut range = [powers[0]; 2];
-            for k in (1..=ORDER).take_while(|_| !self.is_still) {
-                power *= length;
-                powers[k] = power * problem.outside[i].0[k];
-                range = [range[0] + powers[k].min(0.0), range[1] + powers[k].max(0.0)];
-            }
-            (powers, range)
-        });
-        // The range of the pressure on a side, and its coefficient.
-        let range = |side: usize| match side.checked_sub(2) {
-            Some(i) => [fit.least[PRESSURE + i], fit.most[PRESSURE + i]],
-            None => outside[side].1,
-        };
-        let term = |side: usize, k: usize| match side.checked_sub(2) {
-            Some(i) => fit.rows[k][PRESSURE + i],
-            None => outside[side].0[k],
-        };
+        let ranges = from_fn::<_, 4, _>(|side| self.range(problem, length, side));
         for stream in &self.streams {
             let regime = air.regimes[stream.path];
             let [high, low] = stream.sides;
-            let ([high_range, low_range], bounds) = ([high, low].map(range), regime.bounds());
-            for (bound, level) in bounds.into_iter().enumerate() {
+            let [high_range, low_range] = [ranges[high], ranges[low]];
+            for (bound, level) in regime.bounds().into_iter().enumerate() {
                 let sign = if bound == 0 { -1.0 } else { 1.0 };
                 // The lower pressure is beyond the regime's bound, a share of the higher one, by at most `most`.
                 let level_beyond = level + sign * margin;
@@ -151,9 +111,9 @@ impl Series {
                 if most <= 0.0 {
                     continue;
                 }
-                let beyond = |level: f64| -> Powers {
-                    from_fn(|k| sign * (term(low, k) - level * term(high, k)))
-                };
+                let [highs, lows] = [high, low].map(|side| self.powers(problem, length, side));
+                let beyond =
+                    |level: f64| -> Powers { from_fn(|k| sign * (lows[k] - level * highs[k])) };
                 let Some(until) = first_rise(&beyond(level_beyond), 0.0) else { continue };
                 let root = last_rise(&beyond(level), until);
                 if first.is_none_or(|(earliest, ..)| root < earliest) {
@@ -162,6 +122,32 @@ impl Series {
             }
         }
         first
+    }
+
+    /// The range of the pressure on a side in a window of this length.
+    fn range(&self, problem: &Problem, length: f64, side: usize) -> [f64; 2] {
+        if let Some(i) = side.checked_sub(2) {
+            return [self.fit.least[PRESSURE + i], self.fit.most[PRESSURE + i]];
+        }
+        let start = problem.outside[side].0[0];
+        if self.is_still {
+            return [start; 2];
+        }
+        let rest = &self.powers(problem, length, side)[1..];
+        rest.iter().fold([start; 2], |[least, most], c| [least + c.min(0.0), most + c.max(0.0)])
+    }
+
+    /// The series of the pressure on a side, scaled to a window of this length.
+    fn powers(&self, problem: &Problem, length: f64, side: usize) -> Powers {
+        let Some(i) = side.checked_sub(2) else {
+            let mut power = 1.0;
+            return from_fn(|k| {
+                let scaled = power * problem.outside[side].0[k];
+                power *= length;
+                scaled
+            });
+        };
+        from_fn(|k| self.fit.rows[k][PRESSURE + i])
     }
 }
 
@@ -179,6 +165,7 @@ mod tests {
     use super::*;
     use crate::air::series::{LONGEST, Left};
     use crate::laws::air::{GAS, KAPPA};
+    use crate::numerics::series::ORDER;
     use crate::quantities::air::ATMOSPHERE;
     use crate::quantities::parameters::{Parameters, Source};
 

@@ -186,15 +186,16 @@ impl Motion {
         let apart = (y != x).then_some(y);
         let guarded = [Displacement::Tip, Displacement::Tie(Tie::Contact), x];
         for displacement in guarded.into_iter().chain(apart) {
+            let Some(place) = self.graph().place(displacement) else { continue };
             for index in 0..self.tracks.len() {
-                let Some(functional) = self.share(index, displacement) else { continue };
-                let (system, driven) =
-                    (&self.tracks[index].system, &self.state.anchors[index].driven);
+                let (system, anchor) = (&self.tracks[index].system, &self.state.anchors[index]);
+                let share = self.graph().share_of_listed(anchor.group, place);
+                let Some(functional) = share else { continue };
                 // In a rigid hammer the gap is the piston's position, and only the sign differs.
                 let mirrored = system.functionals[functional].mirrored;
                 let poly = match mirrored.and_then(|other| self.noted(index, other)) {
                     Some(other) => Poly(other.0.map(|c| -c)),
-                    None => system.poly(functional, &self.state.loads, driven),
+                    None => system.poly(functional, &self.state.loads, &anchor.driven),
                 };
                 self.polys.push((index, functional, poly));
             }
@@ -255,15 +256,11 @@ impl Motion {
         let [jets, opens] = air.haste(parameters, places[0], sides);
         let squeezed = (stirs[0] * speeds[0]).abs().max((stirs[1] * speeds[1]).abs());
         let haste = KAPPA * jets + squeezed + 1.0 / stroke;
-        let change = |c: usize| match own.iter().position(|own| *own == c) {
-            Some(force) => (c, forces[force] * haste),
-            None => (c, steepest(&loads[c])),
-        };
-        let mut change: [_; CHANNELS] = from_fn(change);
-        // Those that change come first.
-        change.sort_unstable_by(|(_, one), (_, other)| other.total_cmp(one));
-        let changing = change.iter().take_while(|(_, rate)| *rate > 0.0).count();
-        let change = &change[..changing];
+        // The rate at which each load may change.
+        let change: [f64; CHANNELS] = from_fn(|c| match own.iter().position(|own| *own == c) {
+            Some(force) => forces[force] * haste,
+            None => steepest(&loads[c]),
+        });
         for (index, track) in self.tracks.iter().enumerate() {
             let share = self.share(index, positions[0]);
             let apart = positions[1] != positions[0];
@@ -292,30 +289,32 @@ impl Motion {
                 for (load, [p, q]) in acting.iter().zip(block.rest) {
                     swung = [swung[0] - load * p, swung[1] - load * q];
                 }
-                let mut moved = [[0.0; 2]; 2];
-                for (place, moved) in moved.iter_mut().enumerate() {
-                    let (behind, further) = (&block.behind[place], &block.further[place]);
-                    let each =
-                        change.iter().map(|&(c, rate)| rate * (behind[c] + haste * further[c]));
-                    let lag: f64 = each.sum();
-                    *moved = [block.most(place, swung) + lag, lag];
+                let mut lag = [0.0; 2];
+                for ((rate, behind), further) in
+                    change.iter().zip(&block.behind).zip(&block.further)
+                {
+                    lag = from_fn(|place| {
+                        lag[place] + rate * (behind[place] + haste * further[place])
+                    });
                 }
+                let moved: [[f64; 2]; 2] =
+                    from_fn(|place| [block.most(place, swung) + lag[place], lag[place]]);
                 let stir = |k: usize| {
                     let drag = parameters.air.drag * rate * moved[0][k] / forces[0];
-                    (stirs[0] * moved[0][k]).max(stirs[1] * moved[1][k]) + drag
+                    larger(stirs[0] * moved[0][k], stirs[1] * moved[1][k]) + drag
                 };
                 let (shaken, lag) = (stir(0), stir(1));
                 fast.reserve(if fast.is_empty() { most } else { 0 });
                 let shed = shaken * (jets + 1.0 / stroke) + moved[0][0] * opens;
-                let share = |i: usize| masses[i] * block.pushed[i][own[i]];
-                let back = share(0).max(share(1)) * shaken;
+                let share = |i: usize| masses[i] * block.pushed[own[i]][i];
+                let back = larger(share(0), share(1)) * shaken;
                 fast.push((rate, 2.0 * shed / low + lag, back, block, start));
             }
         }
         fast.sort_unstable_by(|one, other| other.0.total_cmp(&one.0));
         let allowed = UNSEEN * parameters.air.error;
         let (mut worth, mut back) = (0.0, 0.0);
-        let (mut held, mut quick) = ([[0.0; CHANNELS]; 2], [0.0; CHANNELS]);
+        let (mut held, mut quick) = ([[0.0; 2]; CHANNELS], [0.0; CHANNELS]);
         for (rate, one, own_back, block, start) in fast {
             let longest = stroke * allowed / (back + own_back);
             if !(worth + one <= allowed && longest * rate >= RADIANS) {
@@ -323,22 +322,30 @@ impl Motion {
                 continue;
             }
             (worth, back) = (worth + one, back + own_back);
-            left.longest = left.longest.min(longest);
+            if longest < left.longest {
+                left.longest = longest;
+            }
             for c in 0..CHANNELS {
-                (0..2).for_each(|place| held[place][c] += block.held[place][c]);
-                quick[c] += block.along(0, block.pushes[c]);
+                (0..2).for_each(|place| held[c][place] += block.held[c][place]);
+                quick[c] += block.quick[c];
             }
         }
-        left.gives = held.map(|held| own.map(|c| held[c]));
+        left.gives = [0, 1].map(|place| own.map(|c| held[c][place]));
         left.speeds = own.map(|c| quick[c]);
         for (c, load) in loads.iter().enumerate().filter(|(c, _)| !own.contains(c)) {
             for (k, coefficient) in load.0.iter().enumerate().take(LOW) {
-                (0..2).for_each(|place| left.still[place][k] += held[place][c] * coefficient);
+                (0..2).for_each(|place| left.still[place][k] += held[c][place] * coefficient);
                 left.others[k] += quick[c] * coefficient;
             }
         }
         left
     }
+}
+
+/// The larger of two numbers. (The library's function also looks for NaN, which takes longer than everything else that
+/// is done with these numbers.)
+fn larger(one: f64, other: f64) -> f64 {
+    if one > other { one } else { other }
 }
 
 /// A bound on the rate of a polynomial within [`LONGEST`].
@@ -354,13 +361,16 @@ fn moving(
     loads: &[Poly; CHANNELS],
     own: [usize; 2],
 ) -> Block {
-    let mut others = [[0.0; LOW]; 2];
+    let mut others = [[0.0; 2]; LOW];
     for (c, load) in loads.iter().enumerate().filter(|(c, _)| !own.contains(c)) {
-        let pushes = others.iter_mut().zip(block.pushes[c]);
-        for (others, push) in pushes.filter(|(_, push)| *push != 0.0) {
-            others.iter_mut().zip(load.0).for_each(|(sum, load)| *sum += push * load);
+        let push = block.pushes[c];
+        if push != [0.0; 2] {
+            for (others, load) in others.iter_mut().zip(load.0) {
+                (0..2).for_each(|i| others[i] += push[i] * load);
+            }
         }
     }
     let pushed = own.map(|c| block.pushes[c]);
-    Block { start, matrix: block.matrix, pushed, others, parts: block.parts }
+    let [a, b, c, d] = block.matrix;
+    Block { start, matrix: [[a, c], [b, d]], pushed, others, parts: block.parts }
 }

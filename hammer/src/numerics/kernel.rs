@@ -116,16 +116,36 @@ vectorised! {
     }
 }
 
+#[inline(always)]
+fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
+    let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
+    for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
+        for g in 0..LANES / S::F64_LANES {
+            sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
+        }
+    }
+    total::<S>(sums)
+}
+
 vectorised! {
     /// `a . b`, in whole groups.
     pub fn dot(a: &'a [f64], b: &'a [f64]) -> f64 as Dot, simd {
-        let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
-        for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
-            for g in 0..LANES / S::F64_LANES {
-                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
-            }
+        dot_with(simd, a, b)
+    }
+}
+
+vectorised! {
+    /// [`dot`] of `x` with each of the rows, which are as long and stored one after the other.
+    pub fn products(x: &'a [f64], rows: &'a [f64], out: &'a mut [f64]) -> () as Products, simd {
+        let size = x.len();
+        let (tiles, rest) = out.as_chunks_mut::<TILE>();
+        let (tiled, single) = rows.split_at(tiles.len() * TILE * size);
+        for (out, rows) in tiles.iter_mut().zip(tiled.chunks_exact(TILE * size)) {
+            *out = tile_with(simd, rows, size, x).map(total::<S>);
         }
-        total::<S>(sums)
+        for (out, row) in rest.iter_mut().zip(single.chunks_exact(size)) {
+            *out = dot_with(simd, row, x);
+        }
     }
 }
 
@@ -388,15 +408,18 @@ vectorised! {
 vectorised! {
     /// `y += sum_k factors_k column_k`. The columns are as long as `y`, stored one after the other, in whole groups.
     pub fn add_columns(y: &'a mut [f64], factors: &'a [f64], columns: &'a [f64]) -> () as AddColumns, simd {
-        let size = y.len();
+        let (size, width) = (y.len(), LANES / S::F64_LANES);
         for (at, y) in groups_mut::<S>(y).enumerate() {
-            for (k, factor) in factors.iter().enumerate() {
-                let column = S::as_simd_f64s(&columns[k * size + at * LANES..][..LANES]).0;
+            let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
+            sums[..width].copy_from_slice(y);
+            for (factor, column) in factors.iter().zip(columns.chunks_exact(size)) {
                 let factor = simd.splat_f64s(*factor);
-                for (y, x) in y.iter_mut().zip(column) {
-                    *y = simd.add_f64s(*y, simd.mul_f64s(factor, *x));
+                let column = S::as_simd_f64s(&column[at * LANES..][..LANES]).0;
+                for g in 0..width {
+                    sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(factor, column[g]));
                 }
             }
+            y.copy_from_slice(&sums[..width]);
         }
     }
 }

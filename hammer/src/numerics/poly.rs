@@ -1,6 +1,9 @@
 //! Polynomials in time.
 
+use crate::numerics::kernel::{LANES, MOST, Row, Sums, vectorised};
 use crate::numerics::series::LOW as SHORT;
+use crate::numerics::vectors::dispatch;
+use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 /// Number of coefficients. Under an input of order [`crate::MAX_INPUT_ORDER`], a rigid body moves by a polynomial two
@@ -69,34 +72,25 @@ impl Poly {
             derivatives.iter_mut().skip(2).for_each(|second| *second *= 2.0);
             return derivatives;
         }
+        if t == 0.0 {
+            for (k, (derivative, c)) in derivatives.iter_mut().zip(&self.0[..=degree]).enumerate() {
+                factorial *= (k as f64).max(1.0);
+                *derivative = factorial * c;
+            }
+            return derivatives;
+        }
         let mut c = self.0;
         let c = &mut c[..=degree];
         for (k, derivative) in derivatives.iter_mut().take(degree + 1).enumerate() {
-            if t != 0.0 {
-                let mut sum = 0.0;
-                for c in c[k..].iter_mut().rev() {
-                    sum = *c + t * sum;
-                    *c = sum;
-                }
+            let mut sum = 0.0;
+            for c in c[k..].iter_mut().rev() {
+                sum = *c + t * sum;
+                *c = sum;
             }
             factorial *= (k as f64).max(1.0);
             *derivative = factorial * c[k];
         }
         derivatives
-    }
-
-    /// Adds `sum_j factors_j` times derivative `j` of a polynomial that has as many coefficients as there are factors.
-    /// (Only a corrupt load has more coefficients; they are ignored.)
-    pub fn add_derivatives(&mut self, factors: &[f64; SHORT], other: &Self) {
-        let mut padded = [0.0; 2 * SHORT];
-        padded[..SHORT].copy_from_slice(&other.0[..SHORT]);
-        let mut sums = [0.0; SHORT];
-        for (j, factor) in factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
-            for k in 0..SHORT {
-                sums[k] += factor * (RISING[j][k] * padded[j + k]);
-            }
-        }
-        self.0.iter_mut().zip(sums).for_each(|(c, sum)| *c += sum);
     }
 
     /// `int_0^t self`.
@@ -268,9 +262,31 @@ pub static OVER: [f64; 2 * TERMS] = {
     over
 };
 
+vectorised! {
+    /// Adds `sum_j factors_j` times derivative `j` of a short polynomial.
+    pub fn add_derivatives(sum: &'a mut Poly, factors: &'a [f64], other: &'a Poly) -> () as AddDerivatives, simd {
+        let width = LANES / S::F64_LANES;
+        let mut padded = [0.0; SHORT + LANES];
+        padded[..SHORT].copy_from_slice(&other.0[..SHORT]);
+        let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
+        for ((factor, rising), c) in factors.iter().zip(&RISING).zip(padded.windows(LANES)) {
+            let factor = simd.splat_f64s(*factor);
+            let (rising, c) = (S::as_simd_f64s(rising).0, S::as_simd_f64s(c).0);
+            for g in 0..width {
+                let risen = simd.mul_f64s(rising[g], c[g]);
+                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(factor, risen));
+            }
+        }
+        let out = S::as_mut_simd_f64s(&mut sum.0[..LANES]).0;
+        for (c, sum) in out.iter_mut().zip(sums) {
+            *c = simd.add_f64s(*c, sum);
+        }
+    }
+}
+
 /// `(k + j)! / k!`, in the order `[j][k]`: coefficient `k` of derivative `j` over coefficient `k + j`.
-static RISING: [[f64; SHORT]; SHORT] = {
-    let (mut all, mut j) = ([[1.0; SHORT]; SHORT], 1);
+static RISING: [Row; SHORT] = {
+    let (mut all, mut j) = ([[1.0; LANES]; SHORT], 1);
     while j < SHORT {
         let mut k = 0;
         while k < SHORT {

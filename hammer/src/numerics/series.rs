@@ -46,16 +46,17 @@ pub fn value(powers: &[f64], t: f64) -> f64 {
     powers.iter().rev().fold(0.0, |sum, c| sum * t + c)
 }
 
-/// Projections of polynomials, side by side, on lower powers, over the interval from 0 to 1. From the highest power
+/// Projections of the first polynomials of some that stand side by side, on lower powers, over the interval from 0 to 1. From the highest power
 /// down, the part that is orthogonal to all lower powers is removed: a multiple of the Legendre polynomial. All
 /// projections have the same number of coefficients, at most [`LOW`]. Further powers are removed if that changes no
 /// polynomial by more than its `allowed` error.
 #[inline(always)]
-pub fn projections<const COUNT: usize>(
-    all: &[[f64; COUNT]; ORDER + 1],
+pub fn projections<const COUNT: usize, const ALL: usize>(
+    all: &[[f64; ALL]; ORDER + 1],
     allowed: [f64; COUNT],
 ) -> [[f64; COUNT]; LOW] {
-    let (mut low, mut left): ([[f64; COUNT]; LOW], _) = (from_fn(|k| all[k]), [0.0; COUNT]);
+    let (mut low, mut left) = ([[0.0; COUNT]; LOW], [0.0; COUNT]);
+    low.iter_mut().zip(all).for_each(|(low, row)| low.copy_from_slice(&row[..COUNT]));
     for (row, parts) in all[LOW..].iter().zip(&PROJECTED) {
         for k in 0..LOW {
             (0..COUNT).for_each(|i| low[k][i] += parts[k] * row[i]);

@@ -23,7 +23,7 @@ use crate::modal::system::generator::Generator;
 use crate::numerics::form::Form;
 use crate::numerics::kernel;
 use crate::numerics::math;
-use crate::numerics::poly::{Poly, TERMS};
+use crate::numerics::poly::{self, Poly, TERMS};
 use crate::numerics::series::LOW;
 use crate::scene::graph::CHANNELS;
 
@@ -140,21 +140,21 @@ impl Response {
             sum.add(c[*k], poly);
         }
         let fast = (!driven.slow.is_empty()).then(|| driven.without_slow(c));
-        for (channel, load) in loads.iter().enumerate().filter(|(i, _)| self.sizes[*i] != 0.0) {
-            let constant = load.is_constant();
-            if constant && load.0[0] == 0.0 {
-                continue;
-            }
-            let mut statics = statics[channel];
-            if let Some(c) = &fast {
-                let orders = if constant { 1 } else { ORDERS };
-                let pairs = statics.iter_mut().zip(self.statics[channel].chunks_exact(c.len()));
-                pairs.take(orders).for_each(|(s, shape)| *s = kernel::dot(c, shape));
-            }
-            if constant {
-                sum.0[0] += statics[0] * load.0[0];
-            } else {
-                sum.add_derivatives(&statics, load);
+        let of_channels = self.sizes.iter().zip(loads).zip(statics.iter().zip(&self.statics));
+        for ((_, load), (statics, shapes)) in of_channels.filter(|((size, _), _)| **size != 0.0) {
+            let orders = orders(load);
+            let mut apart = [0.0; ORDERS];
+            let statics = match &fast {
+                Some(c) if orders > 0 => {
+                    kernel::products(c, shapes, &mut apart[..orders]);
+                    &apart
+                }
+                _ => statics,
+            };
+            match orders {
+                0 => {}
+                1 => sum.0[0] += statics[0] * load.0[0],
+                _ => poly::add_derivatives(sum, &statics[..orders], load),
             }
         }
     }
@@ -212,11 +212,12 @@ impl Response {
     pub(crate) fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
         let mut p = Poly::default();
         (p.0[0], p.0[1]) = (start[0], if self.braked { 0.0 } else { start[1] });
-        for (gain, load) in self.gains.iter().zip(loads) {
-            for k in 0..ORDERS {
+        for (gain, load) in self.gains.iter().zip(loads).filter(|(gain, _)| **gain != 0.0) {
+            let terms = load.0[..ORDERS].iter().enumerate();
+            for (k, c) in terms.filter(|(_, c)| **c != 0.0) {
                 let (power, factor) =
                     if self.braked { (k + 1, k + 1) } else { (k + 2, (k + 1) * (k + 2)) };
-                p.0[power] += gain * load.0[k] / factor as f64;
+                p.0[power] += gain * c / factor as f64;
             }
         }
         p
@@ -228,11 +229,11 @@ impl Response {
             return None;
         }
         let present: f64 =
-            loads.iter().zip(self.sizes).map(|(load, size)| size * load.0[0].abs()).sum();
+            loads.iter().zip(&self.sizes).map(|(load, size)| size * load.0[0].abs()).sum();
         let (over, mut rate) = (1.0 / present, 0.0f64);
-        for (load, size) in loads.iter().zip(self.sizes).filter(|(_, size)| *size != 0.0) {
+        for (load, size) in loads.iter().zip(&self.sizes).filter(|(_, size)| **size != 0.0) {
             let (mut factorial, mut power) = (1.0, 1.0);
-            for (order, c) in load.0.iter().enumerate().take(load.degree() + 1).skip(1) {
+            for (order, c) in load.0[..orders(load).max(1)].iter().enumerate().skip(1) {
                 factorial *= order as f64;
                 let part = size * (factorial * c).abs() * over;
                 power *= rate;
@@ -288,19 +289,27 @@ impl Response {
 
     /// `y += sign sum_j S_j f^(j)(t)`.
     fn add_statics(&self, loads: &[Poly; CHANNELS], t: f64, sign: f64, y: &mut [f64]) {
-        let acting = self.statics.iter().zip(loads).zip(self.sizes);
-        for ((statics, load), _) in acting.filter(|(_, size)| *size != 0.0) {
-            if load.is_constant() {
-                let factor = sign * load.0[0];
-                if factor != 0.0 {
-                    kernel::add(y, factor, &statics[..y.len()]);
-                }
+        for ((statics, load), size) in self.statics.iter().zip(loads).zip(&self.sizes) {
+            if *size == 0.0 {
                 continue;
             }
-            let derivatives: [f64; ORDERS] = load.derivatives_at(t);
-            kernel::add_columns(y, &derivatives.map(|derivative| sign * derivative), statics);
+            match orders(load) {
+                0 => {}
+                1 => kernel::add(y, sign * load.0[0], &statics[..y.len()]),
+                orders => {
+                    let mut derivatives: [f64; ORDERS] = load.derivatives_at(t);
+                    derivatives.iter_mut().for_each(|derivative| *derivative *= sign);
+                    kernel::add_columns(y, &derivatives[..orders], statics);
+                }
+            }
         }
     }
+}
+
+/// How many orders of a load's derivatives are not always zero. (Only a corrupt load has further coefficients; they are
+/// ignored.)
+fn orders(load: &Poly) -> usize {
+    load.0[..ORDERS].iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1)
 }
 
 const _: () = assert!(TERMS > ORDERS + 1);

@@ -27,15 +27,17 @@ pub(crate) struct VisibleBlock {
     pub turns: bool,
     /// The slower and the faster of the coordinates' rates, 1/s.
     pub rates: [f64; 2],
-    /// For a unit load of each channel: the coordinates at rest under it (`rest`) and their part in each displacement
+    /// For a unit load of each channel: the coordinates at rest under it (`rest`) and their part in both displacements
     /// (`held`); by how much a displacement lags if the load grows in proportion to time (`behind`), and a bound on how
-    /// much more it lags if the load grows with the square of time (`further`).
+    /// much more it lags if the load grows with the square of time (`further`); and the rate of the first displacement
+    /// (`quick`).
     pub rest: [[f64; 2]; CHANNELS],
-    pub held: [[f64; CHANNELS]; 2],
-    pub behind: [[f64; CHANNELS]; 2],
-    pub further: [[f64; CHANNELS]; 2],
+    pub held: [[f64; 2]; CHANNELS],
+    pub behind: [[f64; 2]; CHANNELS],
+    pub further: [[f64; 2]; CHANNELS],
+    pub quick: [f64; CHANNELS],
     /// [`Self::most`] of a unit load of each channel.
-    pub pushed: [[f64; CHANNELS]; 2],
+    pub pushed: [[f64; 2]; CHANNELS],
 }
 
 impl VisibleBlock {
@@ -49,7 +51,7 @@ impl VisibleBlock {
     }
 
     /// The present contribution of the coordinates `[p, q]` to a displacement.
-    pub(crate) fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
+    fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
         self.parts[place][0] * p + self.parts[place][1] * q
     }
 }
@@ -98,11 +100,12 @@ pub(crate) fn blocks(
         for c in 0..CHANNELS {
             block.rest[c] = equilibrium(&matrix, block.pushes[c]);
             let lag = equilibrium(&matrix, block.rest[c]);
+            block.quick[c] = block.along(0, block.pushes[c]);
             for place in 0..2 {
-                block.pushed[place][c] = block.most(place, block.pushes[c]);
-                block.held[place][c] = block.along(place, block.rest[c]);
-                block.behind[place][c] = block.along(place, lag).abs();
-                block.further[place][c] = 2.0 * block.most(place, equilibrium(&matrix, lag));
+                block.pushed[c][place] = block.most(place, block.pushes[c]);
+                block.held[c][place] = block.along(place, block.rest[c]);
+                block.behind[c][place] = block.along(place, lag).abs();
+                block.further[c][place] = 2.0 * block.most(place, equilibrium(&matrix, lag));
             }
         }
         Some(block)
