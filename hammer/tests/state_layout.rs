@@ -2,7 +2,7 @@
 //! older bytes. `STATE_LAYOUT=write cargo test -p dth-hammer --test all state_layout` writes it anew.
 
 use crate::scenes::cased;
-use hammer::{Input, InputValues, Machine, Parameters, Source, State};
+use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source, State};
 
 /// A part of JSON between two commas with the kind of its number in place of the number.
 fn kind(part: &str) -> String {
@@ -34,7 +34,8 @@ fn a_state_is_stored_as_its_format_says() {
     let (mut line, mut air) = (cased(), Parameters::default());
     (line.drive.source, line.drive.impedance, line.drive.delay) = (Source::Force, 1e3, 0.5);
     air.drive.source = Source::Air;
-    let lines = [layout(&line), layout(&air)].concat().join("\n");
+    let rigid = Parameters { fidelity: Fidelity::Rigid, ..air };
+    let lines = [layout(&line), layout(&air), layout(&rigid)].concat().join("\n");
     let layout = format!("format {}\n{lines}\n", State::FORMAT);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/state_layout.txt");
     let stored = std::fs::read_to_string(path).unwrap_or_default();

@@ -26,9 +26,9 @@ pub(super) struct Fit {
 }
 
 vectorised! {
-    /// Scales rows to a length and projects their first four numbers. Powers whose omission changes nothing by more
-    /// than `small` may be left out of a projection.
-    pub(super) fn scale(rows: &'a [Row; ORDER + 1], length: f64, small: [f64; 4], fit: &'a mut Fit) -> () as Scale, _simd {
+    /// Scales rows to a length and projects their first four numbers, unless `small` is `None`. Powers whose omission
+    /// changes nothing by more than `small` may be left out of a projection.
+    pub(super) fn scale(rows: &'a [Row; ORDER + 1], length: f64, small: Option<[f64; 4]>, fit: &'a mut Fit) -> () as Scale, _simd {
         let [mut whole, mut most, mut least]: [[f64; 4]; 3] = [from_fn(|i| rows[0][i]); 3];
         fit.rows[0] = rows[0];
         let mut power = 1.0;
@@ -43,6 +43,7 @@ vectorised! {
             }
         }
         (fit.most, fit.least) = (most, least);
+        let Some(small) = small else { return };
         let parts = projections(&fit.rows, small);
         for i in 0..4 {
             let end = parts.iter().fold(0.0, |end, part| end + part[i]);
@@ -62,13 +63,27 @@ pub(super) struct Swept {
 }
 
 vectorised! {
-    /// Writes the polynomials of a window whose length is known. `sums` is not scaled to the length.
-    pub(super) fn write(window: &'a mut Window, fit: &'a Fit, sums: &'a [[f64; 2]; ORDER + 1], swept: Swept) -> () as Write, _simd {
+    /// Writes the polynomials of a window whose length is known. `sums`, and the `works` of the chambers on rigid bodies,
+    /// are not scaled to the length.
+    pub(super) fn write(window: &'a mut Window, fit: &'a Fit, sums: &'a [[f64; 2]; ORDER + 1], works: Option<&'a Powers>, swept: Swept) -> () as Write, _simd {
         let Swept { areas, dead, apart } = swept;
-        for (k, part) in fit.parts.iter().enumerate() {
-            (0..2).for_each(|i| window.push[i][k] = areas[i] * part[PRESSURE + i]);
+        match works {
+            // The work itself is a series.
+            Some(works) => {
+                window.push = [[0.0; LOW]; 2];
+                let mut power = -1.0;
+                for (moment, work) in window.moment.iter_mut().zip(works) {
+                    *moment = power * work;
+                    power *= window.length;
+                }
+            }
+            None => {
+                for (k, part) in fit.parts.iter().enumerate() {
+                    (0..2).for_each(|i| window.push[i][k] = areas[i] * part[PRESSURE + i]);
+                }
+                add_up_moment(window, &fit.rows, apart);
+            }
         }
-        add_up_moment(window, &fit.rows, apart);
         let (mut power, mut added) = (1.0, dead);
         let scaled = fit.rows.iter().zip(sums);
         for (row, (&[_, _, p, q, m, n, x, y], sums)) in window.rows.iter_mut().zip(scaled) {

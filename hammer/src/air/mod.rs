@@ -6,10 +6,11 @@
 //! previous window ended; never at a host's communication point. If an event happens inside a window, its polynomials
 //! are valid up to the event.
 
+pub mod course;
 mod fit;
 mod lanes;
 pub(crate) mod series;
-mod steel;
+pub(crate) mod steel;
 mod stream;
 mod windows;
 

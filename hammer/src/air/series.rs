@@ -12,21 +12,19 @@
 
 use super::fit::{Fit, MASS, PLACE, PRESSURE};
 use super::lanes::Lanes;
-use super::steel::Steel;
+use super::steel::{Expansion, Steel};
 use super::stream::{self, Gains, Order, Stream};
 use super::{Air, ENDS, PATHS, Places};
 use crate::laws::air::{GAS, KAPPA, Opening, Regime, Side};
 use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::math;
 use crate::numerics::poly::{OVER, Poly};
-use crate::numerics::series::{LOW, ORDER};
+use crate::numerics::series::{LOW, ORDER, Powers};
 use crate::numerics::vectors::dispatch;
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
-
-pub(crate) use super::steel::Block;
 
 /// Longest window, s, even if the series would be valid for longer.
 pub(crate) const LONGEST: f64 = 0.02;
@@ -63,15 +61,15 @@ pub(crate) struct Left {
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub parameters: &'a Parameters,
-    /// The expanded coordinates, and the quasi-static ones.
-    pub blocks: Vec<Block>,
+    /// The expanded steel, and the quasi-static coordinates.
+    pub steel: &'a Steel,
     pub left: Left,
     /// True if the piston's two positions differ.
     pub apart: bool,
     /// The piston's positions at the epoch.
     pub places: Places,
     /// Pressures of supply and exhaust after the epoch.
-    pub outside: [Poly; 2],
+    pub outside: [&'a Poly; 2],
 }
 
 /// First coefficients, of both chambers.
@@ -95,7 +93,7 @@ struct Chambers {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
     /// The expanded coordinates.
-    steel: Steel,
+    steel: Expansion,
     chambers: Chambers,
     /// Products of both chambers, then of each flow.
     lanes: Lanes,
@@ -110,6 +108,10 @@ pub(crate) struct Series {
     is_soft: bool,
     /// `F_A`, the return chamber's force on the bit, pressures and masses of the chambers, the piston's positions.
     pub(super) rows: [Row; ORDER + 1],
+    /// Series of the work of both chambers, `int p V'`.
+    pub(super) works: Powers,
+    /// Displacements of a rigid piston and a rigid bit; zero for other steel.
+    pub(super) bodies: [[f64; 2]; ORDER + 1],
     /// Series of the mass taken from the supply, and of the enthalpy that enters the chambers.
     pub(super) sums: [[f64; 2]; ORDER + 1],
     /// The rows, scaled to the window's length and projected.
@@ -207,7 +209,7 @@ impl Problem<'_> {
 
     /// Coefficient `k` of `F_A` and of the force on the bit.
     #[inline(always)]
-    fn forces(&self, pressures: [f64; 2], steel: &Steel, k: usize) -> [f64; 2] {
+    fn forces(&self, pressures: [f64; 2], steel: &Expansion, k: usize) -> [f64; 2] {
         let (drive, drag) = (&self.parameters.drive, self.parameters.air.drag);
         let exhaust = self.outside[1].0[k];
         let push = (pressures[0] - exhaust) * drive.area_drive;
@@ -230,7 +232,7 @@ impl Problem<'_> {
 impl Series {
     /// Sets the first coefficients. Returns those of the gains.
     fn begin(&mut self, air: &Air, problem: &Problem) -> Gains {
-        self.steel.begin(&problem.blocks);
+        self.steel.begin(problem.steel);
         let at = |places: Places| {
             let volumes = super::volumes(problem.parameters, places);
             (volumes, super::pressures(&air.content, volumes))
@@ -255,10 +257,10 @@ impl Series {
         if self.is_leaving {
             self.lanes.begin(twice(heats), [0.0; 4]);
         }
-        let outside = problem.outside.each_ref().map(|poly| poly.0[0]);
+        let outside = problem.outside.map(|poly| poly.0[0]);
         let warm = [GAS * problem.parameters.air.temperature; 2];
         self.sides = [both(outside, pressures), both(warm, heats)];
-        self.is_still = problem.outside.iter().all(Poly::is_constant);
+        self.is_still = problem.outside.iter().all(|poly| poly.is_constant());
         let mut gains = Gains::default();
         for stream in &mut self.streams {
             stream.begin(&mut self.lanes, &self.sides, self.is_still, &mut gains);
@@ -270,6 +272,7 @@ impl Series {
         }
         (0..2).for_each(|i| gains.heats[i] -= heats[i] * outflows[i]);
         self.rows[0] = row(forces, pressures, masses, places);
+        self.bodies[0] = self.steel.bodies();
         self.sums[0] = [0.0; 2];
         gains
     }
@@ -299,9 +302,12 @@ impl Series {
         }
         let masses = [over * gained.flows[0], over * gained.flows[1]];
         self.rows[k] = row(forces, pressures, masses, places);
+        self.bodies[k] = self.steel.bodies();
         let heat = gained.heats[0] + gained.heats[1];
         self.sums[k] = [over * gained.heats[2], over * HEAT * heat];
         let [v, w]: [f64; 2] = from_fn(|i| chambers.swept[i] * places[i]);
+        let squeezed = v * chambers.pressure[0] + w * chambers.pressure[1];
+        self.works[k] = over * (swollen[0] + swollen[1] + order * squeezed);
         self.lanes.put(k, SWELLING, [v, w, order * v, order * w], twice(pressures));
         places
     }
@@ -321,7 +327,7 @@ impl Series {
                 chambers.over_mass[i] * left
             });
         }
-        let outside = problem.outside.each_ref().map(|poly| poly.0[k]);
+        let outside = problem.outside.map(|poly| poly.0[k]);
         self.sides = [both(outside, pressures), both([0.0; 2], heats)];
         let mut gains = Gains::default();
         for stream in &self.streams {
@@ -411,6 +417,11 @@ impl Series {
             if most.is_nan() {
                 return 0.0;
             }
+            // What the volumes do not feel at once, they feel later.
+            let most = problem.steel.pair.map_or(most, |pair| {
+                let [p, q] = self.bodies[k];
+                most.max(p.abs().max(q.abs()) / (pair.unit * error))
+            });
             if most * math::powi(length, k) > 1.0 {
                 length = 1.0 / math::rough_root(most, k as u64);
             }

@@ -1,8 +1,9 @@
-//! The expanded coordinates of the steel.
+//! The steel in the series of a window: coordinates of modes, or two rigid bodies.
 
 use super::Places;
 use super::lanes::Half;
-use crate::numerics::series::LOW;
+use crate::laws::rock::Coefficients;
+use crate::numerics::series::{LOW, ORDER};
 use std::array::from_fn;
 
 /// Two coordinates of the steel, `z' = B z + b f`, and their share of the piston's positions.
@@ -19,9 +20,80 @@ pub(crate) struct Block {
     pub parts: [[f64; 2]; 2],
 }
 
+/// A rigid piston and a rigid bit. With the forces `F_A` and `F_B` of the air on them, all other loads `F_1` and `F_2`,
+/// and their displacements `u_1` and `u_2` (0 where they touch the rock and each other)
+///
+/// ```text
+/// m_1 u_1'' = F_A + F_1 - F_C,                F_C = k_C (u_1 - u_2) while the contact is closed,
+/// m_2 u_2'' = F_B + F_2 + F_C - F_R,          F_R = k_R u_2 + c_R u_2'.
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pair {
+    /// Displacements (m) and velocities (m/s) at the start; in an expansion, their coefficients.
+    pub places: [f64; 2],
+    pub speeds: [f64; 2],
+    /// Masses, kg.
+    pub masses: [f64; 2],
+    /// Stiffness of the contact, N/m; 0 while it is open.
+    pub contact: f64,
+    /// Spring and dashpot of the rock.
+    pub rock: Coefficients,
+    /// All loads but those of the air, N: power series in time.
+    pub others: [[f64; LOW]; 2],
+    /// Displacements of this size count as one, in the sense in which the air's error is relative, m.
+    pub unit: f64,
+}
+
+impl Pair {
+    /// The piston's position relative to the bit.
+    #[inline(always)]
+    fn relative(&self) -> f64 {
+        self.places[0] - self.places[1]
+    }
+
+    /// Coefficient `k` of the loads that are not the air's.
+    #[inline(always)]
+    fn other(&self, k: usize) -> [f64; 2] {
+        if k < LOW { self.others.map(|other| other[k]) } else { [0.0; 2] }
+    }
+
+    /// Steps from coefficient `k` to `k + 1`, given coefficient `k` of the air's forces.
+    #[inline(always)]
+    fn go_on(&mut self, forces: [f64; 2], k: usize, over: f64) {
+        let ([p, q], [v, w], other) = (self.places, self.speeds, self.other(k));
+        let pressed = self.contact * (p - q);
+        let sums = [
+            forces[0] + other[0] - pressed,
+            forces[1] + other[1] + pressed - self.rock.force(q, w),
+        ];
+        self.places = [v * over, w * over];
+        self.speeds = from_fn(|i| sums[i] / self.masses[i] * over);
+    }
+
+    /// Coefficient `k` of the air's forces under which the bodies move exactly by these polynomials.
+    pub(super) fn forces(&self, u: &[[f64; 2]; ORDER + 1], k: usize) -> [f64; 2] {
+        let of = |k: usize| if k <= ORDER { u[k] } else { [0.0; 2] };
+        let ([p, q], [_, next], second, other) = (u[k], of(k + 1), of(k + 2), self.other(k));
+        let pressed = self.contact * (p - q);
+        let order = (k + 1) as f64;
+        let risen: [f64; 2] = from_fn(|i| self.masses[i] * order * (order + 1.0) * second[i]);
+        [
+            risen[0] - other[0] + pressed,
+            risen[1] - other[1] - pressed + self.rock.force(q, order * next),
+        ]
+    }
+}
+
+/// The steel that is expanded with the air: coordinates of modes, or two rigid bodies and no modes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Steel {
+    pub blocks: Vec<Block>,
+    pub pair: Option<Pair>,
+}
+
 /// Two blocks, whose four coordinates are expanded side by side. All numbers are those of [`Block`].
 #[derive(Clone, Copy, Debug, Default)]
-struct Pair {
+struct Quad {
     /// The last coefficients.
     last: Half,
     matrix: [Half; 2],
@@ -31,7 +103,7 @@ struct Pair {
     parts: [Places; 4],
 }
 
-impl Pair {
+impl Quad {
     /// Sets the first (0) or the second block (1).
     fn set(&mut self, place: usize, block: &Block) {
         let put = |half: &mut Half, of: [f64; 2]| half.as_chunks_mut().0[place] = of;
@@ -62,48 +134,67 @@ impl Pair {
     }
 }
 
-/// The expanded coordinates.
+/// The last coefficients of the expanded steel.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Steel(Vec<Pair>);
+pub(super) struct Expansion {
+    quads: Vec<Quad>,
+    pair: Option<Pair>,
+}
 
-impl Steel {
-    /// Begins with the start of these blocks.
-    pub(super) fn begin(&mut self, blocks: &[Block]) {
-        self.0.clear();
-        for two in blocks.chunks(2) {
-            let mut pair = Pair::default();
-            two.iter().enumerate().for_each(|(place, block)| pair.set(place, block));
-            self.0.push(pair);
+impl Expansion {
+    /// Begins with the start of this steel.
+    pub(super) fn begin(&mut self, steel: &Steel) {
+        self.pair = steel.pair;
+        self.quads.clear();
+        for two in steel.blocks.chunks(2) {
+            let mut quad = Quad::default();
+            two.iter().enumerate().for_each(|(place, block)| quad.set(place, block));
+            self.quads.push(quad);
         }
     }
 
     /// Contribution of the last coefficients to the piston's positions.
     #[inline(always)]
     pub(super) fn places(&self) -> Places {
-        let pairs = self.0.iter();
-        pairs.fold([0.0; 2], |sums, pair| add(sums, pair.along(&pair.last)))
+        if let Some(pair) = &self.pair {
+            return [pair.relative(); 2];
+        }
+        self.quads.iter().fold([0.0; 2], |sums, quad| add(sums, quad.along(&quad.last)))
     }
 
     /// Contribution of the next coefficients to `x`, as far as the last ones alone determine them.
     #[inline(always)]
     pub(super) fn speed(&self) -> f64 {
-        self.0.iter().map(|pair| pair.along(&pair.rates())[0]).sum()
+        if let Some(pair) = &self.pair {
+            return pair.speeds[0] - pair.speeds[1];
+        }
+        self.quads.iter().map(|quad| quad.along(&quad.rates())[0]).sum()
     }
 
     /// Steps from coefficient `k` to `k + 1`, given coefficient `k` of the forces. Returns [`Self::places`].
     #[inline(always)]
     pub(super) fn go_on(&mut self, [f, g]: [f64; 2], (k, over): (usize, f64)) -> Places {
+        if let Some(pair) = &mut self.pair {
+            pair.go_on([f, g], k, over);
+            return [pair.relative(); 2];
+        }
         let mut sums = [0.0; 2];
-        for pair in &mut self.0 {
-            let (rates, [by_first, by_second]) = (pair.rates(), &pair.pushed);
+        for quad in &mut self.quads {
+            let (rates, [by_first, by_second]) = (quad.rates(), &quad.pushed);
             let mut next: Half = from_fn(|i| rates[i] + (by_first[i] * f + by_second[i] * g));
             if k < LOW {
-                next = from_fn(|i| next[i] + pair.others[k][i]);
+                next = from_fn(|i| next[i] + quad.others[k][i]);
             }
-            pair.last = next.map(|rate| rate * over);
-            sums = add(sums, pair.along(&pair.last));
+            quad.last = next.map(|rate| rate * over);
+            sums = add(sums, quad.along(&quad.last));
         }
         sums
+    }
+
+    /// Displacements of two rigid bodies; zero for other steel.
+    #[inline(always)]
+    pub(super) fn bodies(&self) -> [f64; 2] {
+        self.pair.map_or([0.0; 2], |pair| pair.places)
     }
 }
 

@@ -3,6 +3,7 @@
 //! The force on the steel is a projection of the force's series on Legendre polynomials of lower degree over
 //! the window. The part left out has zero mean and zero first moments over the window.
 
+use super::course::{self, Course};
 use super::fit::{PRESSURE, Swept, scale, write};
 use super::series::{self, Problem, Series, instant};
 use super::{Air, Window, volumes};
@@ -35,7 +36,11 @@ impl Air {
     ) -> Solved {
         series::expand(series, self, problem);
         let longest = series.length(self, problem);
-        let length = series.projected(problem, longest).ok_or(None)?;
+        let length = match problem.steel.pair {
+            Some(_) => series.whole(longest),
+            None => series.projected(problem, longest),
+        };
+        let length = length.ok_or(None)?;
         let passage = series.passage(self, problem, length);
         if let Some((0.0, path, bound)) = passage {
             return Err(Some((path, bound)));
@@ -48,7 +53,8 @@ impl Air {
             dead: volumes(problem.parameters, [0.0; 2]),
             apart: problem.apart,
         };
-        write(&mut window, &series.fit, &series.sums, swept);
+        let works = problem.steel.pair.map(|_| &series.works);
+        write(&mut window, &series.fit, &series.sums, works, swept);
         let flows =
             [2, 3].map(|side| series.streams.iter().any(|stream| stream.sides.contains(&side)));
         window.flows = flows;
@@ -62,6 +68,19 @@ impl Air {
 }
 
 impl Series {
+    /// The motion of two rigid bodies in a window of this length.
+    pub(crate) fn follow(&self, problem: &Problem, length: f64, course: &mut Course) {
+        if let Some(pair) = &problem.steel.pair {
+            course::adopt(course, pair, &self.bodies, &self.rows, length);
+        }
+    }
+
+    /// Scales the series to the longest window.
+    fn whole(&mut self, longest: f64) -> Option<f64> {
+        scale(&self.rows, longest, None, &mut self.fit);
+        Some(longest).filter(|length| *length > SHORTEST)
+    }
+
     /// The forces on piston and bit in a window of this length.
     pub(crate) fn forces(&self, length: f64) -> [Poly; 2] {
         [0, 1].map(|i| Poly::of_part(&self.fit.parts.map(|part| part[i]), length))
@@ -78,7 +97,7 @@ impl Series {
         let small = [scales[0], scales[1], p, q].map(|scale| FEWER * allowed * scale);
         let mut length = longest;
         while length > SHORTEST {
-            scale(&self.rows, length, small, &mut self.fit);
+            scale(&self.rows, length, Some(small), &mut self.fit);
             let ends = |i: usize| self.fit.left_out[i] / scales[i];
             let most = ends(0).max(ends(1));
             if most <= allowed {
@@ -164,6 +183,7 @@ fn last_rise(q: &Powers, until: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::air::series::{LONGEST, Left};
+    use crate::air::steel::Steel;
     use crate::laws::air::{GAS, KAPPA};
     use crate::numerics::series::ORDER;
     use crate::quantities::air::ATMOSPHERE;
@@ -188,7 +208,7 @@ mod tests {
         let outside = pressures.map(Poly::constant);
         let problem = Problem {
             parameters: &parameters,
-            blocks: Vec::new(),
+            steel: &Steel::default(),
             apart: false,
             left: Left {
                 still: places.map(|x| from_fn(|k| if k == 0 { x } else { 0.0 })),
@@ -196,7 +216,7 @@ mod tests {
                 ..Left::default()
             },
             places,
-            outside,
+            outside: outside.each_ref(),
         };
         let window = gas.window(&problem, &mut Series::default(), &mut None).expect("a window");
         let choked = (KAPPA / GAS).sqrt() * (2.0 / (KAPPA + 1.0)).powi(3);

@@ -195,8 +195,8 @@ impl Parameters {
         self.mesh_of(RATE_DEGREE, 1.0, spans)
     }
 
-    /// The mesh in which `spans`, given a body and the width of its front, returns the body's number of spans. For the
-    /// casing, the width is that of the front that its own tie makes, times `factor`.
+    /// A mesh of this degree. `spans` returns a body's number of spans for the width of the wave front in it; in the
+    /// casing that is the front which its own tie causes, times `factor`.
     fn mesh_of(
         &self,
         degree: usize,

@@ -1,23 +1,20 @@
 //! The interval between two events. Its works, losses and forces follow from the states at both its ends.
 
+use super::modes::{Force, Modes, Other, Polynomials, numbers};
+use super::rigid::RigidInterval;
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Tie, Ties};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::stretch::Stretch;
-use crate::modal::system::System;
-use crate::modal::system::driven::Driven;
+use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
 use crate::motion::Motion;
-use crate::motion::state::MotionState;
 use crate::numerics::kernel;
-use crate::numerics::poly::Poly;
-use crate::numerics::series::LOW;
 use crate::quantities::parameters::Rock;
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::{Graph, Group};
 use serde::{Deserialize, Serialize};
-use std::array::from_fn;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -70,21 +67,6 @@ impl Sums {
     }
 }
 
-/// A force `k u + c u'` on one of an interval's tracks.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Force {
-    /// Index of the track on which it acts, among the tracks other than the tip's; `None` means the tip's.
-    pub other: Option<usize>,
-    /// Functional of the displacement `u`.
-    pub functional: usize,
-    /// Polynomial part of the force.
-    pub poly: Poly,
-    /// `k`, N/m.
-    pub stiffness: f64,
-    /// `c`, N s/m.
-    pub viscosity: f64,
-}
-
 /// A system, its state at the end of an interval, and the value of its damping form there.
 type End<'a> = (&'a Arc<System>, &'a [f64], f64);
 
@@ -118,16 +100,9 @@ impl<'a> Forms<'a> {
 #[derive(Debug)]
 pub(crate) struct Interval {
     graph: Arc<Graph>,
-    group: Group,
-    system: Arc<System>,
-    /// State of the tip's track at the start, followed by that at the end.
-    ends: Vec<f64>,
     /// Length of the interval, s.
     pub span: f64,
-    loading: Loading,
-    /// System of the piston, if it flies alone.
-    piston: Option<Arc<System>>,
-    others: Vec<Other>,
+    steel: Steel,
     ties: Ties,
     spring: Spring,
     rock: Rock,
@@ -136,77 +111,11 @@ pub(crate) struct Interval {
     pub given: [f64; 2],
 }
 
-/// A track other than the tip's. Its interval begins at the event that last changed the track.
+/// The motion over an interval.
 #[derive(Debug)]
-struct Other {
-    group: Group,
-    system: Arc<System>,
-    /// State at the start, followed by that at the end.
-    ends: Vec<f64>,
-    /// Length of the track's own interval, s.
-    span: f64,
-    /// The polynomial part of its motion, in time from the start of its own interval.
-    driven: Driven,
-}
-
-/// Loads over an interval, and the polynomial part of the motion.
-#[derive(Debug)]
-enum Loading {
-    /// Constant loads, with the parabolas of the tip's track and of a free piston. Nearly all intervals are of this
-    /// kind, and it takes much less memory than general polynomials.
-    Constant {
-        loads: [f64; CHANNELS],
-        translations: [[f64; 3]; 2],
-    },
-    Varying(Box<Varying>),
-}
-
-/// Loads of [`LOW`] coefficients, with the polynomial parts of the same motions.
-#[derive(Debug)]
-struct Varying {
-    loads: [[f64; LOW]; CHANNELS],
-    driven: [Driven; 2],
-}
-
-/// Polynomials in time from the start of the interval.
-struct Polynomials {
-    loads: [Poly; CHANNELS],
-    /// Polynomial part of the motion of the tip's track, and of a free piston.
-    driven: [Driven; 2],
-}
-
-impl Loading {
-    fn new(motion: &Motion) -> Self {
-        let MotionState { loads, anchors, .. } = &motion.state;
-        let tracks = [Some(0), motion.flying()];
-        if !motion.is_steady() {
-            let driven =
-                |i: Option<usize>| i.map(|i| anchors[i].driven.clone()).unwrap_or_default();
-            let driven = tracks.map(driven);
-            let loads = from_fn(|c| from_fn(|k| loads[c].0[k]));
-            return Self::Varying(Box::new(Varying { loads, driven }));
-        }
-        let translation = |i: Option<usize>| {
-            let c = i.map(|i| &anchors[i].driven.translation.0);
-            c.map_or([0.0; 3], |c| [c[0], c[1], c[2]])
-        };
-        let loads = loads.each_ref().map(|load| load.0[0]);
-        Self::Constant { loads, translations: tracks.map(translation) }
-    }
-
-    fn polynomials(&self) -> Polynomials {
-        match self {
-            Self::Varying(varying) => {
-                let Varying { loads, driven } = &**varying;
-                let load = |c: &[f64; LOW]| Poly::of_part(c, 1.0);
-                Polynomials { loads: loads.each_ref().map(load), driven: driven.clone() }
-            }
-            Self::Constant { loads, translations } => {
-                let driven = translations.map(|c| Driven::translating(Poly::parabola(c)));
-                Polynomials { loads: loads.map(Poly::constant), driven }
-            }
-        }
-    }
+enum Steel {
+    Modes(Modes),
+    Rigid(Box<RigidInterval>),
 }
 
 impl Interval {
@@ -226,47 +135,25 @@ impl Interval {
         known: [Option<f64>; 2],
     ) -> Self {
         let (state, model) = (&motion.state, &motion.model);
-        let anchor = &state.anchors[0];
-        let system = |index: usize| motion.tracks[index].system.clone();
-        let ends = |index: usize| [state.anchors[index].start().1, &tracks[index].z].concat();
-        let other = |index: usize| {
-            let anchor = &state.anchors[index];
-            let (start, mut driven) = (anchor.start().0, anchor.driven.clone());
-            driven.translation.shift(start);
-            let (group, system, ends) = (anchor.group, system(index), ends(index));
-            Other { group, system, ends, span: span - start, driven }
+        let steel = match motion.course() {
+            Some(course) => Steel::Rigid(Box::new(RigidInterval::new(course, &state.loads))),
+            None => Steel::Modes(Modes::new(motion, tracks, touched, span)),
         };
         let mut interval = Self {
             graph: model.graph.clone(),
-            group: anchor.group,
-            system: system(0),
-            ends: ends(0),
             span,
-            loading: Loading::new(motion),
-            piston: motion.flying().map(system),
-            others: motion.others(touched).map(other).collect(),
+            steel,
             ties: state.mode.ties,
             spring: motion.spring(),
             rock: motion.parameters().rock,
             damped: model.is_damped(),
             given: [0.0; 2],
         };
-        interval.given = interval.rock_work(motion, &tracks[0], known);
+        if interval.spring.is_loading() {
+            interval.given = interval.rock_work(motion, tracks, known);
+        }
         STORED.fetch_add(interval.size(), Ordering::Relaxed);
         interval
-    }
-
-    fn start(&self) -> &[f64] {
-        &self.ends[..self.ends.len() / 2]
-    }
-
-    /// The track on which a force acts, at the start of the interval.
-    pub fn track(&self, force: &Force) -> Track {
-        let (system, ends) = match force.other {
-            None => (&self.system, &self.ends),
-            Some(other) => (&self.others[other].system, &self.others[other].ends),
-        };
-        Track { system: system.clone(), z: ends[..ends.len() / 2].to_vec(), at: 0.0 }
     }
 
     /// True if a force acts whose peak is an output.
@@ -275,21 +162,43 @@ impl Interval {
         rock > 0.0 || Tie::REPORTED.into_iter().any(|tie| self.ties.hold(tie))
     }
 
-    /// `F_R`, then the forces of [`Tie::REPORTED`]; `None` for a force that does not act.
-    pub fn forces(&self) -> [Option<Force>; 1 + Tie::REPORTED.len()] {
-        let Polynomials { loads, driven: [driven, ..] } = &self.loading.polynomials();
-        let force = |displacement, line: Coefficients, sign: f64| {
-            let others = self.others.iter().enumerate();
+    /// The tracks, unless the bodies are expanded with the air.
+    pub fn modes(&self) -> Option<&Modes> {
+        if let Steel::Modes(modes) = &self.steel { Some(modes) } else { None }
+    }
+
+    /// `F_R`, then the forces of [`Tie::REPORTED`] on tracks; `None` for a force that does not act.
+    pub fn forces(&self, modes: &Modes) -> [Option<Force>; 1 + Tie::REPORTED.len()] {
+        let Polynomials { loads, driven: [driven, ..] } = &modes.loading.polynomials();
+        self.acting(|displacement, line: Coefficients, sign: f64| {
+            let others = modes.others.iter().enumerate();
             let others = others.map(|(i, o)| (Some(i), o.group, &o.system, &o.driven));
             let mut tracks =
-                std::iter::once((None, self.group, &self.system, driven)).chain(others);
+                std::iter::once((None, modes.group, &modes.system, driven)).chain(others);
             tracks.find_map(|(other, group, system, driven)| {
                 let functional = self.graph.share(group, displacement)?;
                 let poly = system.poly(functional, loads, driven);
                 let [stiffness, viscosity] = [sign * line.stiffness, sign * line.viscosity];
                 Some(Force { other, functional, poly, stiffness, viscosity })
             })
-        };
+        })
+    }
+
+    /// The same forces over `[0, 1]`, the time over the interval from `start` on (s), if the bodies are expanded with the
+    /// air.
+    pub fn whole_forces(&self, start: f64) -> [Option<[f64; TAYLOR]>; 1 + Tie::REPORTED.len()] {
+        let Steel::Rigid(rigid) = &self.steel else { return Default::default() };
+        self.acting(|displacement, line, sign| {
+            let shares = self.graph.shares_of_pair(displacement);
+            Some(rigid.force(shares, line, [start, self.span]).map(|c| sign * c))
+        })
+    }
+
+    /// What `force` makes of `F_R`, then of the forces of [`Tie::REPORTED`]; `None` for a force that does not act.
+    fn acting<T: Copy>(
+        &self,
+        force: impl Fn(Displacement, Coefficients, f64) -> Option<T>,
+    ) -> [Option<T>; 1 + Tie::REPORTED.len()] {
         let mut forces = [None; 1 + Tie::REPORTED.len()];
         let line = self.spring.coefficients(&self.rock);
         if line.stiffness > 0.0 {
@@ -304,10 +213,10 @@ impl Interval {
         forces
     }
 
-    fn stretch<'a>(&'a self, polynomials: &'a Polynomials) -> Stretch<'a> {
-        let (start, end) = self.ends.split_at(self.ends.len() / 2);
+    fn stretch<'a>(&'a self, modes: &'a Modes, polynomials: &'a Polynomials) -> Stretch<'a> {
+        let (start, end) = modes.ends.split_at(modes.ends.len() / 2);
         Stretch {
-            system: &self.system,
+            system: &modes.system,
             start,
             end,
             span: self.span,
@@ -316,14 +225,8 @@ impl Interval {
         }
     }
 
-    fn beside<'a>(&'a self, other: &'a Other, polynomials: &'a Polynomials) -> Stretch<'a> {
-        let Other { system, ends, span, driven, .. } = other;
-        let (start, end) = ends.split_at(ends.len() / 2);
-        Stretch { system, start, end, span: *span, driven, ..self.stretch(polynomials) }
-    }
-
-    fn share(&self, displacement: Displacement) -> usize {
-        self.graph.share(self.group, displacement).unwrap_or_default()
+    fn tip_of(&self, modes: &Modes) -> usize {
+        self.graph.share(modes.group, Displacement::Tip).unwrap_or_default()
     }
 
     /// Computes the damping form, once per system. It takes most of the time of the integrals.
@@ -331,35 +234,71 @@ impl Interval {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn prepare(&self) -> Result<(), Error> {
-        if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
+        let damped = self.modes().filter(|_| self.damped);
+        damped.map_or(Ok(()), |modes| modes.system.prepare_damping_form())
     }
 
     /// The integrals over the interval. `forms` are those at the end of the previous interval, and become those at the
     /// end of this one. The damping of a flying piston is integrated when its flight ends.
     pub fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> Sums {
-        let polynomials = &self.loading.polynomials();
-        let main = self.stretch(polynomials);
+        match &self.steel {
+            Steel::Modes(modes) => self.sums_of_modes(modes, forms),
+            Steel::Rigid(rigid) => {
+                forms.begin();
+                self.sums_of_rigid(rigid)
+            }
+        }
+    }
+
+    fn sums_of_modes<'a>(&'a self, modes: &'a Modes, forms: &mut Forms<'a>) -> Sums {
+        let polynomials = &modes.loading.polynomials();
+        let main = self.stretch(modes, polynomials);
         let mut sums = Sums::default();
         forms.begin();
         let mut damping = |system, track: &Stretch, ends: &'a [f64]| {
             let (start, end) = ends.split_at(ends.len() / 2);
             if self.damped { track.damping(|| forms.of(system, [start, end])) } else { 0.0 }
         };
-        sums.damping += damping(&self.system, &main, &self.ends);
-        self.add_group(self.group, &main, &mut sums);
-        if let Some(system) = &self.piston {
+        sums.damping += damping(&modes.system, &main, &modes.ends);
+        self.add_group(modes.group, &main, &mut sums);
+        if let Some(system) = &modes.piston {
             // Loads on a free body do work on its translation only, so its oscillation can be left out.
             let rest = vec![0.0; 2 * system.blocks()];
             let (start, end, driven) = (&rest[..], &rest[..], &polynomials.driven[1]);
-            let piston = Stretch { system, start, end, driven, ..self.stretch(polynomials) };
+            let piston = Stretch { system, start, end, driven, ..main };
             self.add_works(Group::PISTON, &piston, &mut sums);
         }
-        for other in &self.others {
-            let track = self.beside(other, polynomials);
-            sums.damping += damping(&other.system, &track, &other.ends);
-            self.add_group(other.group, &track, &mut sums);
+        for other in &modes.others {
+            let Other { group, system, ends, span, driven } = other;
+            let (start, end) = ends.split_at(ends.len() / 2);
+            let track = Stretch { system, start, end, span: *span, driven, ..main };
+            sums.damping += damping(system, &track, ends);
+            self.add_group(*group, &track, &mut sums);
         }
-        self.add_rock(&main, &mut sums);
+        let impulse = |line| impulse(line, &main, self.tip_of(modes));
+        self.add_rock(impulse, &mut sums);
+        sums
+    }
+
+    fn sums_of_rigid(&self, rigid: &RigidInterval) -> Sums {
+        let (mut sums, span) = (Sums::default(), self.span);
+        let works = rigid.works(span);
+        for (displacement, _, parts) in &self.graph.loaded {
+            let shares = self.graph.shares_of_pair(*displacement);
+            let along = |channel: usize| {
+                let [piston, bit] = works[channel];
+                shares[0] * piston + shares[1] * bit
+            };
+            self.graph.add_works(*displacement, parts, along, &mut sums.work);
+        }
+        let impulse = |displacement, line: Coefficients| {
+            rigid.impulse(self.graph.shares_of_pair(displacement), line, span)
+        };
+        let contact = Tie::Contact;
+        let mut holding = self.graph.holding(self.ties).filter(|(edge, _)| edge.tie == contact);
+        let pressed = holding.next().map(|(_, line)| impulse(Displacement::Tie(contact), line));
+        sums.contact_impulse = pressed.map_or(0.0, |impulse| -impulse);
+        self.add_rock(|line| impulse(Displacement::Tip, line), &mut sums);
         sums
     }
 
@@ -379,72 +318,70 @@ impl Interval {
         }
     }
 
-    fn add_rock(&self, main: &Stretch, sums: &mut Sums) {
+    fn add_rock(&self, impulse: impl Fn(Coefficients) -> f64, sums: &mut Sums) {
         let line = self.spring.coefficients(&self.rock);
         if line.stiffness <= 0.0 {
             return;
         }
-        sums.rock_impulse = impulse(line, main, self.share(Displacement::Tip));
+        sums.rock_impulse = impulse(line);
         [sums.rock, sums.viscous] = self.given;
     }
 
     /// Work done on the rock, J: the part dissipated on loading, and that of the dashpot at the tip. It is integrated
     /// immediately, because each blow reports it and it costs little.
-    fn rock_work(&self, motion: &Motion, track: &Track, known: [Option<f64>; 2]) -> [f64; 2] {
-        if !self.spring.is_loading() {
-            return [0.0; 2];
-        }
-        let (main, tip) = (motion.stretch(0, track, self.span), self.share(Displacement::Tip));
+    fn rock_work(&self, motion: &Motion, tracks: &[Track], known: [Option<f64>; 2]) -> [f64; 2] {
+        let viscosity = self.spring.coefficients(&self.rock).viscosity;
+        let lost = |[start, end]: [f64; 2]| self.spring.lost_on_loading(&self.rock, start, end);
+        let modes = match &self.steel {
+            Steel::Modes(modes) => modes,
+            Steel::Rigid(rigid) => {
+                let viscous = viscosity * rigid.bit_square(self.span);
+                return [lost(rigid.tip(self.span)), viscous];
+            }
+        };
+        let (main, tip) = (motion.stretch(0, &tracks[0], self.span), self.tip_of(modes));
         let poly = motion.poly(0, tip);
-        let row = &self.system.functionals[tip].rows[0];
+        let row = &modes.system.functionals[tip].rows[0];
         let [start, end] = [main.start, main.end].map(|z| kernel::dot(row, z));
         let drift = poly.at(self.span);
         let change = drift - poly.0[0] + (end - start);
         let end = drift + end;
-        let lost = self.spring.lost_on_loading(&self.rock, end - change, end);
-        let viscosity = self.spring.coefficients(&self.rock).viscosity;
+        let lost = lost([end - change, end]);
         if viscosity <= 0.0 {
             return [lost, 0.0];
         }
         let [form, work] = known;
-        let form = || form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
+        let form = || form.unwrap_or_else(|| modes.system.viscous_form().of(modes.start()));
         let integrate = || viscosity * main.tip_square(tip, &poly.derivative(), form());
         [lost, work.unwrap_or_else(integrate)]
     }
 
     /// The viscous work, computed in the same way as in the search for the energy barrier: by a series, whose rounding
     /// is relative to the work itself, or by quadratic forms.
-    pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
-        if !by_series {
-            return self.given[1];
-        }
+    /// Also returns the number of the series' panels.
+    pub fn viscous_of_barrier(&self, by_series: bool) -> (f64, u64) {
+        let Some(modes) = self.modes().filter(|_| by_series) else { return (self.given[1], 0) };
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
-        let tip = self.share(Displacement::Tip);
-        let polynomials = &self.loading.polynomials();
-        let stretch = self.stretch(polynomials);
-        if self.system.varies(&polynomials.loads) {
-            let form = self.system.viscous_form().of(self.start());
+        let tip = self.tip_of(modes);
+        let polynomials = &modes.loading.polynomials();
+        let stretch = self.stretch(modes, polynomials);
+        if modes.system.varies(&polynomials.loads) {
+            let form = modes.system.viscous_form().of(modes.start());
             if let Some(closed) =
                 stretch.tip_square_uncancelled(tip, &stretch.drift_rate(tip), form)
             {
-                return viscosity * closed;
+                return (viscosity * closed, 0);
             }
         }
-        viscosity * stretch.tip_square_by_series(tip, &stretch.drift_rate(tip), 0.0, self.start())
+        let rate = stretch.drift_rate(tip);
+        let square = stretch.tip_square_by_series(tip, &rate, 0.0, modes.start());
+        (viscosity * square, Stretch::panels(&modes.system, self.span))
     }
 
     /// Approximate number of stored numbers.
     pub fn size(&self) -> usize {
-        let numbers = |bytes: usize| bytes / size_of::<f64>();
-        let slow = |driven: &Driven| numbers(size_of_val(&driven.slow[..]));
-        let other = |other: &Other| other.ends.len() + slow(&other.driven);
-        let loading = if let Loading::Varying(varying) = &self.loading {
-            numbers(size_of::<Varying>()) + varying.driven.iter().map(slow).sum::<usize>()
-        } else {
-            0
-        };
-        let fixed = numbers(size_of::<Self>() + size_of_val(&self.others[..]));
-        self.ends.len() + self.others.iter().map(other).sum::<usize>() + loading + fixed
+        let fixed = numbers(size_of::<Self>());
+        fixed + self.modes().map_or(numbers(size_of::<RigidInterval>()), Modes::size)
     }
 }
 

@@ -93,7 +93,7 @@ impl Energies {
     pub(crate) fn rates(motion: &Motion) -> Self {
         let (state, graph, tracks) = (&motion.state, motion.graph(), motion.present());
         let point = |displacement| motion.point(&tracks, displacement, state.now);
-        let loads = state.loads.map(|load| load.at(state.now));
+        let loads = motion.loads().map(|load| load.at(state.now));
         let mut work = [0.0; CHANNELS];
         for (displacement, _, parts) in &graph.loaded {
             let v = point(*displacement).velocity;
@@ -159,6 +159,11 @@ impl Stored {
     /// The energies of tracks that are rotated to `t` after the epoch.
     pub fn of(motion: &Motion, tracks: &[Track], t: f64) -> Self {
         let (mut kinetic, mut strain) = (0.0, 0.0);
+        if let Some(course) = motion.course() {
+            let [_, speeds] = course.at(t);
+            let bodies = motion.graph().bodies.iter().zip(speeds);
+            kinetic = bodies.map(|(bar, speed)| 0.5 * bar.mass * speed * speed).sum();
+        }
         for (index, track) in tracks.iter().enumerate() {
             let state = motion.body_state(track, index, t);
             let (q, v) = state.split_at(state.len() / 2);
@@ -171,7 +176,8 @@ impl Stored {
         let of = |tie| motion.point(tracks, Displacement::Tie(tie), t).displacement;
         let ties = motion.ties().map(|(edge, line)| line.stored_energy(of(edge.tie)));
         let rock = &motion.parameters().rock;
-        let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
+        let p =
+            motion.point(tracks.get(..1).unwrap_or_default(), Displacement::Tip, t).displacement;
         Self {
             kinetic,
             strain,

@@ -4,4 +4,6 @@
 pub mod deferred;
 pub mod interval;
 pub mod ledger;
+mod modes;
 pub mod peaks;
+mod rigid;

@@ -5,7 +5,8 @@
 
 use crate::allowance::Allowance;
 use crate::energy::deferred::{Deferred, DeferredLedger};
-use crate::energy::interval::{self, Force, Interval};
+use crate::energy::interval::{self, Interval};
+use crate::energy::modes::Force;
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
 use crate::laws::mode::Tie;
@@ -194,16 +195,34 @@ impl Pending {
     }
 
     fn fold(&self, searched: &mut Searched) {
-        let forces = self.of.interval.forces();
+        let interval = &self.of.interval;
+        let Some(modes) = interval.modes() else { return self.fold_whole(searched) };
+        let forces = interval.forces(modes);
         if searched.is_over() || forces.iter().all(Option::is_none) {
             return;
         }
         let Searched { peaks, work } = searched;
         for (force, best) in forces.iter().zip(&mut peaks.0) {
             if let Some(force) = force {
-                let mut track = self.of.interval.track(force);
+                let mut track = modes.track(force);
                 track.rotate_to(self.start);
                 *best = self.peak(force, &track, *best, work);
+            }
+        }
+    }
+
+    /// [`Self::fold`] where the forces are polynomials.
+    fn fold_whole(&self, searched: &mut Searched) {
+        let forces = self.of.interval.whole_forces(self.start);
+        for (force, best) in forces.iter().zip(&mut searched.peaks.0) {
+            if let Some(force) = force.as_ref().filter(|_| searched.work <= BUDGET) {
+                let (highest, evaluations) = maximum(force, *best);
+                *best = highest;
+                let cost = EVALUATION * evaluations;
+                searched.work = searched.work.saturating_add(cost);
+                if evaluations == EVALUATIONS || !Allowance::spend(cost) {
+                    searched.work = u64::MAX;
+                }
             }
         }
     }
@@ -369,9 +388,10 @@ mod tests {
                 m.advance(5e-6 * f64::from(step)).expect("a step");
                 let (now, span) = (m.motion().state.now, 2e-5);
                 let interval = Interval::whole(m.motion(), &m.motion().tracks, now + span);
-                for force in interval.forces().into_iter().flatten() {
+                let modes = interval.modes().expect("no air");
+                for force in interval.forces(modes).into_iter().flatten() {
                     let at = |t: f64| {
-                        let mut track = interval.track(&force);
+                        let mut track = modes.track(&force);
                         track.rotate_to(t);
                         let f = &track.system.functionals[force.functional];
                         let [u, v] = [0, 1].map(|k| {

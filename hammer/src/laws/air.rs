@@ -252,24 +252,28 @@ impl AirLaw {
         [shut, vented]: [bool; 2],
         end: f64,
         vr: Displacement,
-    ) -> Vec<Guard> {
-        let mut guards = Vec::with_capacity(MOST_GUARDS);
+    ) -> impl Iterator<Item = Guard> + use<> {
+        let (mut guards, mut count) = ([None; MOST_GUARDS], 0);
+        // Only the nearest positions are guarded. Those further away are guarded after these have been passed.
+        let (mut below, mut above) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut watch = |direction, level: f64, event| {
+            match direction {
+                Direction::Rising => above = above.min(level),
+                Direction::Falling => below = below.max(level),
+            }
+            guards[count] = Some(Guard { displacement: vr, order: 0, direction, level, event });
+            count += 1;
+        };
         if end.is_finite() {
-            guards.push(Guard {
-                displacement: vr,
-                order: 0,
-                direction: if shut { Direction::Rising } else { Direction::Falling },
-                level: end,
-                event: Event::End(!shut),
-            });
+            let direction = if shut { Direction::Rising } else { Direction::Falling };
+            watch(direction, end, Event::End(!shut));
         }
-        let works = |chamber: &Chamber| !(vented || shut && *chamber == Chamber::Drive);
-        for chamber in Chamber::ALL.into_iter().filter(works) {
+        for chamber in Chamber::ALL {
+            if vented || shut && chamber == Chamber::Drive {
+                continue;
+            }
             for port in Port::ALL {
                 let (way, edge, full) = edges(self, chamber, port);
-                let mut watch = |direction, level, event| {
-                    guards.push(Guard { displacement: vr, order: 0, direction, level, event });
-                };
                 let passes = |opens| Event::Port { chamber, port, opens };
                 let fills = |full| Event::Opening { chamber, port, full };
                 match openings[chamber as usize][port as usize] {
@@ -282,16 +286,11 @@ impl AirLaw {
                 }
             }
         }
-        // Only the nearest positions are guarded. Those further away are guarded after these have been passed.
-        let nearest = |direction: Direction| {
-            let ahead = guards.iter().filter(|guard| guard.direction == direction);
-            ahead.map(|guard| direction.sign() * guard.level).fold(f64::INFINITY, f64::min)
+        let nearest = move |guard: &Guard| match guard.direction {
+            Direction::Rising => guard.level == above,
+            Direction::Falling => guard.level == below,
         };
-        let nearest = [Direction::Rising, Direction::Falling].map(|way| (way, nearest(way)));
-        guards.retain(|guard| {
-            nearest.contains(&(guard.direction, guard.direction.sign() * guard.level))
-        });
-        guards
+        guards.into_iter().flatten().filter(nearest)
     }
 
     /// Pressures of both chambers at the start: that of the supply if its port is open, otherwise that of the exhaust.

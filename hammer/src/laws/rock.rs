@@ -266,8 +266,8 @@ impl Memory {
                 // The form p - p/gamma would cancel for `gamma` near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
                 let gain = unloaded - self.unloaded;
-                // A gain within its own error counts as zero, because `dps`, with which it is compared, may be zero.
-                // The previous unloading is as uncertain as this one.
+                // The gain is compared with `dps`, which may be zero. So a gain that is no larger than its own error
+                // counts as zero. The error includes that of the previous unloading, which is as large as this one's.
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
                 let gain_error = rounding + 2.0 * error * (gamma - 1.0) / gamma;
                 self.gain = if gain.abs() <= gain_error { 0.0 } else { gain };

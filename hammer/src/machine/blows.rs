@@ -192,7 +192,11 @@ impl Progress {
     /// flight its motion is a polynomial, so only the turning points and both ends are examined. In contact only the
     /// position at `at` is examined.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
+        let course = motion.course().filter(|_| !motion.mode().closed());
+        let course = course.filter(|course| course.piston_may_turn(at));
+        let course = course.map(|course| course.poly([1.0, 0.0]));
         let flight = motion.flying().map(|index| &motion.state.anchors[index].driven.translation);
+        let flight = course.as_ref().or(flight);
         let mut pass = |t| {
             let [place] = motion.piston_in_hole(t);
             self.way.pass(place);

@@ -226,7 +226,7 @@ impl Machine {
     /// Replaces inputs by polynomials from now on.
     fn put(&mut self, inputs: &[(Input, Poly)]) -> Result<(), Error> {
         self.move_epoch_to_now()?;
-        if self.motion.state.loads[Channel::Drive as usize] == Poly::default() {
+        if self.motion.loads()[Channel::Drive as usize] == Poly::default() {
             self.history.blows.acts_since = self.motion.state.epoch;
         }
         inputs.iter().for_each(|(input, poly)| self.motion.set_input(*input, *poly));
@@ -461,9 +461,13 @@ impl Machine {
         let work = interval.given.iter().sum();
         self.history.blows.note_work(work, work / self.motion.parameters().work_per_length());
         // The barrier's estimate is valid only within the same drilling cycle.
-        let by_series = self.search.sums_series(&self.motion.tracks[0]);
         let goes_on = !matches!(event, Some(Event::Rock(_)));
-        let viscous = if goes_on { interval.viscous_of_barrier(by_series) } else { 0.0 };
+        let by_series = goes_on && self.search.sums_series(&self.motion);
+        let (mut viscous, panels) = interval.viscous_of_barrier(by_series);
+        if !goes_on {
+            viscous = 0.0;
+        }
+        self.search.work.count_panels(panels);
         self.search.stop();
         self.views.forget();
         self.motion.move_epoch(at, touched, viscous)

@@ -185,7 +185,7 @@ impl<'a> Present<'a> {
         };
         Self {
             ties: motion.graph().ties.iter().map(tie).collect(),
-            loads: state.loads.map(rates),
+            loads: motion.loads().map(rates),
             rock: forces(line, tip),
             tip,
             motion,

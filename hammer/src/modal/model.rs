@@ -83,6 +83,11 @@ impl Model {
         model
     }
 
+    /// True if the bodies may be expanded with the air that drives them: two rigid bodies that only the rock brakes.
+    pub(crate) fn is_expanded(&self) -> bool {
+        self.graph.is_rigid_pair() && !self.is_damped()
+    }
+
     /// True if anything except the rock dissipates.
     pub(crate) fn is_damped(&self) -> bool {
         let viscous = |edge: &Edge| edge.law.line.viscosity > 0.0;

@@ -1,7 +1,8 @@
 //! Windows of the air, solved together with the moving steel.
 
 use super::Motion;
-use crate::air::series::{Block, LONGEST, Left, Problem};
+use crate::air::series::{LONGEST, Left, Problem};
+use crate::air::steel::{Block, Steel};
 use crate::air::{Air, Places, volumes};
 use crate::error::Error;
 use crate::laws::air::{KAPPA, Side};
@@ -38,8 +39,8 @@ pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Erro
 }
 
 /// Pressures of supply and exhaust.
-pub(super) fn outside(inputs: &Inputs) -> [Poly; 2] {
-    [Input::SupplyPressure, Input::ExhaustPressure].map(|input| *inputs.of(input))
+pub(super) fn outside(inputs: &Inputs) -> [&Poly; 2] {
+    [Input::SupplyPressure, Input::ExhaustPressure].map(|input| inputs.of(input))
 }
 
 impl Motion {
@@ -100,9 +101,16 @@ impl Motion {
         if until < 2.0 * INSTANT {
             return Err(Error::Vacuum { time: self.state.epoch.value(), name: input.name() });
         }
-        let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
+        if self.air().is_none_or(|air| air.vented.is_some()) {
             return Ok(0);
-        };
+        }
+        let pair = self.pair();
+        match (&pair, self.course()) {
+            (Some(_), None) => self.follow_bodies(),
+            (None, Some(_)) => self.leave_bodies()?,
+            _ => {}
+        }
+        let Some(mut air) = self.state.air.take() else { return Ok(0) };
         let of_epoch = || self.in_cylinder(&self.tracks, 0.0);
         let motion @ [places, _] = known.unwrap_or_else(of_epoch);
         for index in 0..self.tracks.len() {
@@ -113,34 +121,43 @@ impl Motion {
         }
         let sides = air.sides(self.parameters(), places, self.outside(0.0), 0.0);
         air.classify(self.parameters(), &sides);
-        let mut blocks = std::mem::take(&mut self.blocks);
-        let left = self.visible(&air, motion, &sides, &mut blocks);
+        let mut steel = std::mem::take(&mut self.steel);
+        let left = match pair {
+            Some(pair) => self.bodies(pair, &mut steel),
+            None => self.visible(&air, motion, &sides, &mut steel),
+        };
         let (outside, [x, y]) = (outside(&self.state.inputs), self.positions());
         let parameters = &self.model.parameters;
-        let problem = Problem { parameters, blocks, left, apart: x != y, places, outside };
+        let problem = Problem { parameters, steel: &steel, left, apart: x != y, places, outside };
         let series = self.series.get_or_insert_default();
-        let mut solved = None;
-        for trial in 1..=TRIALS {
-            match air.window(&problem, series, &mut self.window) {
-                Ok(window) => solved = Some((series.forces(window.length), window, trial)),
-                Err(Some((path, bound))) => {
-                    air.regimes[path] = air.regimes[path].next(bound);
-                    continue;
-                }
-                Err(None) => {}
-            }
-            break;
+        let (mut solved, mut trial) = (Err(None), 0);
+        while trial < TRIALS {
+            trial += 1;
+            solved = air.window(&problem, series, &mut self.window);
+            let Err(Some((path, bound))) = solved else { break };
+            air.regimes[path] = air.regimes[path].next(bound);
         }
-        self.blocks = problem.blocks;
-        if let Some((forces, window, trial)) = solved {
-            air.window = Some(window);
-            self.state.air = Some(air);
+        if let Ok(window) = &mut solved
+            && window.reach > until
+        {
+            (window.reach, window.then) = (until, None);
+        }
+        if let (Ok(window), Some(course)) = (&solved, &mut self.state.course) {
+            series.follow(&problem, window.length, course);
+        }
+        let forces = solved.as_ref().ok().map(|window| series.forces(window.length));
+        self.steel = steel;
+        let forces = forces.unwrap_or_else(|| self.air_forces(Some(&air)));
+        let is_solved = solved.is_ok();
+        air.window = solved.ok();
+        self.state.air = Some(air);
+        if self.course().is_none() {
             self.press(&forces);
             self.note_polys();
+        }
+        if is_solved {
             return Ok(trial);
         }
-        self.press(&self.air_forces(Some(&air)));
-        self.state.air = Some(air);
         Err(beyond(self.parameters(), self.state.epoch.value(), places))
     }
 
@@ -161,7 +178,7 @@ impl Motion {
     pub(super) fn positive_until(&self) -> (f64, Input) {
         let of = |input: Input| {
             let poly = self.state.inputs.of(input);
-            if self.state.air.is_none() || poly.is_constant() {
+            if self.still || self.state.air.is_none() || poly.is_constant() {
                 return (f64::INFINITY, input);
             }
             // A pressure falls no faster than this.
@@ -228,8 +245,10 @@ impl Motion {
         air: &Air,
         [places, speeds]: [Places; 2],
         sides: &[Side; 4],
-        blocks: &mut Vec<Block>,
+        steel: &mut Steel,
     ) -> Left {
+        steel.pair = None;
+        let blocks = &mut steel.blocks;
         let (graph, parameters) = (self.graph(), self.parameters());
         let drive = &parameters.drive;
         let own = [Channel::Drive as usize, Channel::Anvil as usize];

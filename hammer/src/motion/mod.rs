@@ -14,11 +14,16 @@
 
 mod air;
 mod line;
+mod rigid;
 mod start;
 pub mod state;
+mod tracks;
 mod transition;
 
-use crate::air::series::{Block, Series};
+pub(crate) use crate::air::course::{Bounds, CURVES, Course};
+
+use crate::air::series::Series;
+use crate::air::steel::Steel;
 use crate::air::{Places, Window};
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement, Event};
@@ -26,7 +31,7 @@ use crate::laws::mode::{Mode, Tie};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::model::Model;
 use crate::modal::stretch::Stretch;
-use crate::modal::track::{ROUNDED, Track};
+use crate::modal::track::Track;
 use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::quantities::{inputs::Input, parameters::Parameters};
 use crate::scene::graph::CHANNELS;
@@ -55,9 +60,11 @@ pub struct Motion {
     pub(crate) tracks: Vec<Track>,
     /// Result of [`MotionState::is_steady`] for `state`.
     steady: bool,
+    /// True if no input varies.
+    still: bool,
     pub(crate) basis_changes: u64,
     /// Storage for the coordinates that are expanded with the air, for its series, and for its next window.
-    blocks: Vec<Block>,
+    steel: Steel,
     series: Option<Box<Series>>,
     window: Option<Box<Window>>,
     /// Polynomials of displacements in a window of the air: track, functional, and the result of [`Self::poly`].
@@ -88,6 +95,7 @@ impl Motion {
         self.cylinder = None;
         self.polys.clear();
         self.steady = self.state.is_steady();
+        self.still = self.state.inputs.are_constant();
         Ok(())
     }
 
@@ -129,6 +137,9 @@ impl Motion {
 
     /// Constant offset of a displacement from the one that the engine stores, m.
     pub(crate) fn ahead(&self, displacement: Displacement) -> f64 {
+        if self.course().is_some() {
+            return 0.0; // A contact is never pulled.
+        }
         self.graph().ahead(displacement, &self.state.mode.ties)
     }
 
@@ -182,26 +193,12 @@ impl Motion {
     pub(crate) fn reach(&self) -> f64 {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
         let of_air = self.air().map_or(f64::INFINITY, |air| {
-            let window = air.window.as_ref().map_or(f64::INFINITY, |window| window.reach);
-            self.positive_until().0.min(window)
+            // A window ends where a pressure outside may vanish.
+            let window = air.window.as_ref().map(|window| window.reach);
+            window.unwrap_or_else(|| self.positive_until().0)
         });
         let line = self.state.line.reach.unwrap_or(f64::INFINITY);
         reaches.fold(of_air.min(line), f64::min)
-    }
-
-    pub(crate) fn at_anchor(&self, index: usize) -> Track {
-        let anchor = &self.state.anchors[index];
-        Track { system: self.tracks[index].system.clone(), z: anchor.z.clone(), at: anchor.at }
-    }
-
-    /// The tracks rotated from the last event to the present.
-    pub(crate) fn present(&self) -> Vec<Track> {
-        let rotated = |index| {
-            let mut track = self.at_anchor(index);
-            track.rotate_to(self.state.now);
-            track
-        };
-        (0..self.tracks.len()).map(rotated).collect()
     }
 
     /// The functional of track `index` that contributes to a displacement.
@@ -252,6 +249,9 @@ impl Motion {
         displacement: Displacement,
         t: f64,
     ) -> [f64; COUNT] {
+        if let Some(course) = self.course() {
+            return course.rates(self.graph().shares_of_pair(displacement), t);
+        }
         let shares = self.shares(displacement).take_while(|(index, _)| *index < tracks.len());
         let shares = shares.map(|(index, functional)| {
             let track = &tracks[index];
@@ -307,6 +307,9 @@ impl Motion {
     /// `[q | q']` of all bodies' modes, from the piston down, now.
     pub(crate) fn whole_state(&self) -> Vec<f64> {
         let graph = self.graph();
+        if let Some(course) = self.course() {
+            return self.of_bodies(course.at(self.state.now));
+        }
         let all = Group { bodies: graph.all(), spring: None };
         let mut whole = vec![0.0; 2 * graph.modes(all.bodies)];
         for (index, track) in self.present().iter().enumerate() {
@@ -323,34 +326,6 @@ impl Motion {
         (self.state.now, self.state.time) = (now, time);
     }
 
-    /// Rotates the tracks of some bodies to the epoch.
-    pub(crate) fn rotate_to_epoch(&mut self, bodies: Bodies) {
-        for (track, anchor) in self.tracks.iter_mut().zip(&self.state.anchors) {
-            if anchor.group.bodies.meet(bodies) {
-                track.rotate_to(0.0);
-            }
-        }
-    }
-
-    /// Resets each track that is beyond `at` to its anchor. A guard crosses before an instant already evaluated
-    /// only if its resolution is absurd, as in a corrupt state.
-    pub(crate) fn return_to_anchors(&mut self, at: f64) {
-        for (track, anchor) in self.tracks.iter_mut().zip(&self.state.anchors) {
-            if track.at > at + ROUNDED {
-                track.z.copy_from_slice(&anchor.z);
-                track.at = anchor.at;
-            }
-        }
-    }
-
-    /// Rotates all tracks to `at`, except the tip's track and that of a lone piston.
-    pub(crate) fn rotate_others_to(&mut self, at: f64) {
-        let beside = self.tracks.iter_mut().zip(&self.state.anchors).skip(1);
-        for (track, _) in beside.filter(|(_, anchor)| anchor.group != Group::PISTON) {
-            track.rotate_to(at);
-        }
-    }
-
     /// Moves the epoch by `at`, to which all tracks except that of a lone piston must be rotated. The ledger's
     /// intervals of `touched` bodies end there. `viscous` is added to the work that counts towards the barrier.
     ///
@@ -362,7 +337,12 @@ impl Motion {
         touched: Bodies,
         viscous: f64,
     ) -> Result<(), Error> {
-        self.cylinder = self.air().map(|_| self.in_cylinder(&self.tracks, at));
+        let followed = self.state.course.as_mut().map(|course| {
+            course.shift(at);
+            course.start().map(|[piston, bit]| [piston - bit; 2])
+        });
+        let in_cylinder = || self.air().map(|_| self.in_cylinder(&self.tracks, at));
+        self.cylinder = followed.or_else(in_cylinder);
         let [places, _] = self.cylinder.unwrap_or_default();
         self.polys.clear();
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
@@ -381,14 +361,17 @@ impl Motion {
         }
         state.epoch.move_by(at);
         state.now -= at;
-        state.inputs.shift(at);
+        if !self.still {
+            state.inputs.shift(at);
+        }
         if let Some(window) = state.air.as_mut().and_then(|air| air.shift(places, at)) {
             self.window = Some(window);
         }
         let renewed = state.line.reach.take().is_some()
             || state.air.as_ref().is_some_and(|air| air.vented.is_none());
-        let old = (!steady).then_some(self.state.loads);
-        if !steady {
+        let old = (!steady && self.state.course.is_none()).then_some(self.state.loads);
+        let is_still = self.still && self.state.course.is_some();
+        if !(steady || is_still) {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
         }
         for index in 0..self.tracks.len() {
@@ -405,7 +388,11 @@ impl Motion {
                 _ => self.state.anchors[index].driven.translation.shift(at),
             }
         }
-        if !kernel::is_finite(&self.tracks[0].z) {
+        let is_finite = match &self.state.course {
+            Some(course) => course.is_sound(),
+            None => kernel::is_finite(&self.tracks[0].z),
+        };
+        if !is_finite {
             return Err(Error::NotFinite { time: self.state.epoch.value() });
         }
         Ok(())
@@ -429,6 +416,7 @@ impl Motion {
 
     pub(crate) fn set_input(&mut self, input: Input, poly: Poly) {
         self.state.inputs.0[input as usize] = poly;
+        self.still = self.state.inputs.are_constant();
         self.reload();
     }
 
@@ -438,12 +426,16 @@ impl Motion {
     /// As [`Model::system`].
     pub(crate) fn retuned(&self, tuned: &Parameters) -> Result<Model, Error> {
         let model = self.model.retuned(tuned);
-        model.system(self.state.anchors[0].group, self.state.mode)?;
+        model.system(self.graph().at_tip(&self.state.mode), self.state.mode)?;
         Ok(model)
     }
 
     /// Adopts tunable parameters at the epoch; positions and memory are unchanged.
     pub(crate) fn retune(&mut self, tuned: Model) -> Result<(), Error> {
+        if self.course().is_some() {
+            self.model = tuned;
+            return Ok(());
+        }
         self.tracks[0].rotate_to(0.0);
         let (state, line) = (self.body_state(&self.tracks[0], 0, 0.0), self.tip_line());
         self.model = tuned;

@@ -3,6 +3,7 @@
 use super::Motion;
 use super::air::{beyond, outside};
 use super::state::{Anchor, Line, MotionState};
+use crate::air::steel::Steel;
 use crate::air::{Air, volumes};
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
@@ -99,6 +100,7 @@ impl Motion {
             line: Line::default(),
             loads,
             anchors,
+            course: None,
             origin: Double::default(),
             memory: Memory::default(),
             psi: 0.0,
@@ -111,13 +113,15 @@ impl Motion {
             state,
             tracks,
             steady,
+            still: false,
             basis_changes: 0,
-            blocks: Vec::new(),
+            steel: Steel::default(),
             series: None,
             window: None,
             polys: Vec::new(),
             cylinder: None,
         };
+        motion.still = motion.state.inputs.are_constant();
         if rock == RockMode::Standstill {
             // The tip must be exactly at the level of its restart guard.
             let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;

@@ -1,6 +1,7 @@
 //! The state of the motion at the last event, from which it can be restarted.
 
 use crate::air::Air;
+use crate::air::course::Course;
 use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Memory;
@@ -118,8 +119,10 @@ pub struct MotionState {
     pub line: Line,
     /// Loads as polynomials of the time after the epoch.
     pub loads: [Poly; CHANNELS],
-    /// An anchor for each group; the bit's group comes first.
+    /// An anchor for each group; the bit's group comes first. There is none while `course` has the motion.
     pub anchors: Vec<Anchor>,
+    /// The motion of a rigid hammer that is expanded with the air.
+    pub course: Option<Box<Course>>,
     /// Position of the zero of the present rock line, m.
     pub origin: Double,
     /// Memory of the rock law, relative to the origin.
@@ -135,7 +138,9 @@ impl MotionState {
     /// because a stored state may be corrupt.
     pub(crate) fn is_steady(&self) -> bool {
         let parabola = |anchor: &Anchor| anchor.driven.is_parabola();
-        self.loads.iter().all(Poly::is_constant) && self.anchors.iter().all(parabola)
+        self.course.is_none()
+            && self.loads.iter().all(Poly::is_constant)
+            && self.anchors.iter().all(parabola)
     }
 
     /// The tracks, each at its anchor.
@@ -144,6 +149,12 @@ impl MotionState {
     /// [`Error::Foreign`] if the anchors do not fit the model's dimensions.
     pub(crate) fn tracks(&self, model: &Model) -> Result<Vec<Track>, Error> {
         let (mode, graph) = (&self.mode, &model.graph);
+        if let Some(course) = &self.course {
+            let window = self.air.as_ref().and_then(|air| air.window.as_ref());
+            let is_its_window = window.is_some_and(|window| window.length == course.length);
+            let fits = model.is_expanded() && self.anchors.is_empty() && is_its_window;
+            return if graph.admits(mode) && fits { Ok(Vec::new()) } else { Err(Error::Foreign) };
+        }
         let groups = self.anchors.iter().map(|anchor| anchor.group);
         if !graph.admits(mode) || !groups.eq(graph.groups(mode)) {
             return Err(Error::Foreign);
@@ -172,6 +183,7 @@ impl MotionState {
         let anchors = anchors.chain(starts.flat_map(|(at, z)| z.iter().chain([at])));
         doubles.chain(memory).all(f64::is_finite)
             && driven().all(|driven| driven.reach.is_none_or(f64::is_finite))
+            && self.course.as_ref().is_none_or(|course| course.is_sound())
             && polys.flat_map(|poly| &poly.0).chain(anchors).all(|x| x.is_finite())
     }
 }

@@ -48,6 +48,13 @@ impl Motion {
             // Events of the drive change no system.
             _ => return Ok(()),
         }
+        if self.course().is_some() {
+            // The bodies may return to the modes.
+            let groups = self.graph().groups(&mode);
+            return groups
+                .into_iter()
+                .try_for_each(|group| self.model.system(group, mode).map(drop));
+        }
         if self.graph().is_loose() {
             let exists = |group: &Group| self.state.anchors.iter().any(|a| a.group == *group);
             for group in self.graph().groups(&mode).into_iter().filter(|group| !exists(group)) {
@@ -105,6 +112,9 @@ impl Motion {
         let ties = &mut self.state.mode.ties;
         let before = edge.law.offset(ties.of(tie));
         *ties = ties.with(tie, to);
+        if self.course().is_some() {
+            return Ok(());
+        }
         self.displace_beyond(&edge, edge.law.offset(to));
         self.regroup()?;
         self.displace_beyond(&edge, -before);
@@ -160,7 +170,7 @@ impl Motion {
 
     /// Makes the transitions Q1 to Q8. The tip's track must be at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
-        let steady = self.is_calm(0);
+        let steady = self.course().is_none() && self.is_calm(0);
         let is_turn = matches!(event, RockEvent::DissipativeTurn | RockEvent::Turn);
         let [p, drift] = self.tip(steady);
         // Only these events need the uncertainty of the position.
@@ -177,6 +187,10 @@ impl Motion {
             return Ok(());
         }
         self.state.origin.move_by(transition.shift);
+        if let Some(course) = &mut self.state.course {
+            course.move_origin(transition.shift, transition.tip);
+            return Ok(());
+        }
         for index in 1..self.tracks.len() {
             let root = self.root_mass(self.state.anchors[index].group);
             let translation = &mut self.state.anchors[index].driven.translation;
@@ -193,6 +207,9 @@ impl Motion {
 
     /// The tip's displacement at the epoch, and the part of it that does not oscillate.
     fn tip(&self, steady: bool) -> [f64; 2] {
+        if let Some(course) = self.course() {
+            return [course.rows[0][1]; 2];
+        }
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = self.graph().share(anchor.group, Displacement::Tip) else {
             return [0.0; 2];
@@ -210,6 +227,9 @@ impl Motion {
     /// Bound on the rounding of the tip's displacement, m. `drift` is the part of the displacement that does not
     /// oscillate.
     fn tip_rounding(&self, drift: f64) -> f64 {
+        if let Some(course) = self.course() {
+            return course.rounding[0];
+        }
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = self.graph().share(anchor.group, Displacement::Tip) else { return 0.0 };
         let weights = &track.system.functionals[tip].weights[0];

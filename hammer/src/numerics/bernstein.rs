@@ -5,20 +5,61 @@
 //! If it changes more often, the interval is halved.
 
 use crate::numerics::bracket::{PASSES, admits};
-use crate::numerics::poly::TERMS;
+use crate::numerics::kernel::vectorised;
+use crate::numerics::series::{ORDER, Powers};
+use crate::numerics::vectors::dispatch;
+use pulp::{Simd, WithSimd};
 
 /// Limit of the halvings. After them, the start of the part counts as the root.
 const HALVINGS: usize = 40;
 /// The change of a zero at which its iteration stops.
 const SETTLED: f64 = 1e-15;
 
+/// Least distance of two changes of sign, over the interval.
+const APART: f64 = 1e-9;
+
+/// Most coefficients of a polynomial.
+pub(crate) const MOST: usize = 24;
+
 /// The coefficients of a polynomial, followed by zeros.
-type Terms = [f64; TERMS];
+pub(crate) type Terms = [f64; MOST];
+
+vectorised! {
+    /// Bernstein's coefficients of a power series up to [`ORDER`].
+    pub(crate) fn of_series(q: &'a Powers) -> Terms as OfSeries, _simd {
+        let mut b = [0.0; MOST];
+        for (c, shares) in q.iter().zip(&SHARES) {
+            (0..ORDER + 1).for_each(|i| b[i] += c * shares[i]);
+        }
+        b
+    }
+}
+
+/// The contribution `C(i, j) / C(ORDER, j)` of the power `j` to coefficient `i`, in the order `[j][i]`.
+static SHARES: [Powers; ORDER + 1] = {
+    let (mut all, mut j) = ([[0.0; ORDER + 1]; ORDER + 1], 0);
+    while j <= ORDER {
+        let (mut last, mut i) = (1.0, ORDER);
+        while i + 1 > j {
+            all[j][i] = last;
+            if i == 0 {
+                break;
+            }
+            last *= (i - j) as f64 / i as f64;
+            i -= 1;
+        }
+        j += 1;
+    }
+    all
+};
 
 /// Bernstein's coefficients of `sum_k q_k t^k`: the power coefficients divided by binomials, then summed cumulatively
 /// again and again.
 fn coefficients(q: &[f64]) -> Terms {
-    let (mut b, mut over, last) = ([0.0; TERMS], 1.0, q.len() - 1);
+    if let Ok(q) = q.try_into() {
+        return of_series(q);
+    }
+    let (mut b, mut over, last) = ([0.0; MOST], 1.0, q.len() - 1);
     for (k, c) in q.iter().enumerate() {
         b[k] = c * over;
         over *= (k + 1) as f64 / (last - k).max(1) as f64;
@@ -41,10 +82,31 @@ pub(crate) fn first_rise(q: &[f64], from: f64) -> Option<f64> {
     halved(q, &b, [from, 1.0], HALVINGS)
 }
 
+/// The points of the interval at which a polynomial changes its sign, in order.
+pub(crate) fn changes(q: &[f64]) -> Vec<f64> {
+    let mut found = Vec::new();
+    let mut signed = q.to_vec();
+    if signed.iter().find(|c| **c != 0.0).is_some_and(|first| *first > 0.0) {
+        signed.iter_mut().for_each(|c| *c = -*c);
+    }
+    // Before the next change the polynomial is negative.
+    let mut from = 0.0;
+    while let Some(change) = first_rise(&signed, from) {
+        found.extend((change > 0.0).then_some(change));
+        // Two changes closer than this count as none.
+        from = change + APART;
+        if found.len() == q.len() || from >= 1.0 {
+            break;
+        }
+        signed.iter_mut().for_each(|c| *c = -*c);
+    }
+    found
+}
+
 /// Splits the interval at a share of its length. `b` receives the coefficients of the upper part; those of the lower
 /// part are returned.
 fn split(b: &mut [f64], share: f64) -> Terms {
-    let mut before = [0.0; TERMS];
+    let mut before = [0.0; MOST];
     for (before, last) in before.iter_mut().zip((0..b.len()).rev()) {
         *before = b[0];
         for i in 0..last {
@@ -147,7 +209,7 @@ mod tests {
     /// At every point the coefficients, with Bernstein's weights, sum to the polynomial's value.
     #[test]
     fn both_forms_have_the_same_values() {
-        for last in [1, 8, 16, TERMS - 1] {
+        for last in [1, 8, 16, MOST - 1] {
             let q: Vec<f64> = (0..=last).map(|k| 1.0 / (k + 1) as f64 - 0.3).collect();
             let b = coefficients(&q);
             let choose = |j: usize| (0..j).fold(1.0, |c, i| c * (last - i) as f64 / (i + 1) as f64);

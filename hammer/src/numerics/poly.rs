@@ -1,5 +1,6 @@
 //! Polynomials in time.
 
+use crate::numerics::bernstein::{self, changes};
 use crate::numerics::kernel::{LANES, MOST, Row, Sums, vectorised};
 use crate::numerics::series::LOW as SHORT;
 use crate::numerics::vectors::dispatch;
@@ -9,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Number of coefficients. Under an input of order [`crate::MAX_INPUT_ORDER`], a rigid body moves by a polynomial two
 /// degrees higher. A coordinate that is slow compared with its load needs the most (see `modal/system/response.rs`).
 pub const TERMS: usize = 24;
-const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3);
+const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3 && TERMS <= bernstein::MOST);
 
 /// `sum_k c_k t^k`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -186,7 +187,14 @@ impl Poly {
     /// The times on `[0, to]` at which the polynomial turns, in order, and `to`. (If the polynomial continues after
     /// `to`, rounding may change the sign of its rate there.)
     pub fn turns(&self, to: f64) -> Vec<f64> {
-        let mut turns = if self.may_turn(to) { self.derivative().zeros(to) } else { Vec::new() };
+        let mut turns = Vec::new();
+        if self.degree() <= 2 {
+            turns.extend(self.turn(to));
+        } else if self.may_turn(to) {
+            let rate = self.derivative().scaled(to);
+            let rate = &rate.0[..=rate.degree()];
+            turns.extend(changes(rate).into_iter().map(|turn| turn * to));
+        }
         turns.push(to);
         turns
     }
@@ -199,32 +207,6 @@ impl Poly {
             changes += k as f64 * c.abs() * power;
         }
         self.0[1].abs() <= changes
-    }
-
-    /// The times on `[0, to]` at which the polynomial changes its sign; between two zeros of its derivative there is at
-    /// most one.
-    fn zeros(&self, to: f64) -> Vec<f64> {
-        if self.is_constant() {
-            return Vec::new();
-        }
-        let mut marks = self.derivative().zeros(to);
-        marks.insert(0, 0.0);
-        marks.push(to);
-        let between = marks.windows(2).filter_map(|ends| {
-            let (mut low, mut high) = (ends[0], ends[1]);
-            let below = self.at(low) < 0.0;
-            if below == (self.at(high) < 0.0) {
-                return None;
-            }
-            loop {
-                let middle = 0.5 * (low + high);
-                if middle <= low || middle >= high {
-                    return Some(middle);
-                }
-                if (self.at(middle) < 0.0) == below { low = middle } else { high = middle }
-            }
-        });
-        between.collect()
     }
 
     /// True if the polynomial does not vary.

@@ -177,6 +177,11 @@ impl Inputs {
         &self.0[input as usize]
     }
 
+    /// True if no input varies.
+    pub fn are_constant(&self) -> bool {
+        self.0.iter().all(Poly::is_constant)
+    }
+
     /// Moves the time origin to `t` later.
     pub fn shift(&mut self, t: f64) {
         self.0.iter_mut().for_each(|p| p.shift(t));

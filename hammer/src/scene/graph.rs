@@ -194,6 +194,23 @@ impl Graph {
         }
     }
 
+    /// True if there are two bodies, both rigid: then the piston strikes the bit, and no other body is held.
+    pub(crate) fn is_rigid_pair(&self) -> bool {
+        self.bodies.len() == 2 && self.bodies.iter().all(|bar| bar.len() == 1)
+    }
+
+    /// Shares of a rigid piston and a rigid bit in a displacement, if there is no other body.
+    pub(crate) fn shares_of_pair(&self, displacement: Displacement) -> [f64; 2] {
+        let of = |bodies: Bodies| [0, 1].map(|body| f64::from(u8::from(bodies.have(body))));
+        match displacement {
+            Displacement::Tip => [0.0, 1.0],
+            Displacement::Tie(_) => [-1.0, 1.0],
+            Displacement::Relative | Displacement::OverStruck => [1.0, -1.0],
+            Displacement::Top(body) => of(Bodies::one(body)),
+            Displacement::Mean(bodies) => of(bodies),
+        }
+    }
+
     /// The drill string with the bit: all bodies between piston and rock.
     pub(crate) fn string(&self) -> Bodies {
         Bodies::first(self.bit + 1).without(Bodies::PISTON)

@@ -7,13 +7,16 @@
 //! constant loads the viscous form of the state bounds the remaining `int p'^2`. If this bound is too low to reach the
 //! barrier, nothing is evaluated.
 
+use crate::laws::event::Displacement;
 use crate::modal::stretch::{LITTLE, Stretch};
 use crate::modal::system::generator::Generator;
 use crate::modal::track::Track;
 use crate::motion::Motion;
+use crate::numerics::bernstein::rise_between;
 use crate::numerics::bracket::{PASSES, admits};
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
+use crate::numerics::series::value;
 use crate::search::tracker::Work;
 use std::cell::OnceCell;
 
@@ -78,6 +81,33 @@ pub struct Barrier {
 }
 
 impl Barrier {
+    /// The search from the epoch on; `None` if nothing in the motion is at the rock.
+    pub fn start(motion: &Motion) -> Option<Self> {
+        let rock = &motion.parameters().rock;
+        let room = rock.energy_barrier - motion.state.psi;
+        if let Some(course) = motion.course() {
+            let mut overrun = course.bit_square().map(|c| rock.viscosity * c);
+            overrun[0] = -room;
+            return Some(Self::rising(&overrun, course.length, motion.reach()));
+        }
+        let tip = motion.share(0, Displacement::Tip)?;
+        Some(Self::new(motion, tip, room, rock.viscosity))
+    }
+
+    /// The search in a rigid hammer's window, up to `reach`. The work beyond the barrier is a polynomial of the time over
+    /// the window's length, and never falls.
+    fn rising(overrun: &[f64], length: f64, reach: f64) -> Self {
+        let (mut barrier, end) = (Self { room: -overrun[0], ..Self::default() }, reach / length);
+        if overrun[0] >= 0.0 {
+            barrier.root = Some(0.0);
+        } else if value(overrun, end) < 0.0 {
+            barrier.clear = f64::INFINITY;
+        } else {
+            barrier.root = Some(rise_between(overrun, [0.0, end], end) * length);
+        }
+        barrier
+    }
+
     /// A search that starts at the anchor of the tip's track, at the instant 0.
     pub fn new(motion: &Motion, tip: usize, room: f64, viscosity: f64) -> Self {
         let (track, is_calm) = (&motion.tracks[0], motion.is_calm(0));

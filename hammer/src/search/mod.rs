@@ -7,6 +7,7 @@
 
 mod ahead;
 pub mod barrier;
+mod course;
 mod drift;
 mod envelope;
 pub(crate) mod positions;
@@ -19,11 +20,10 @@ pub(crate) mod work;
 use crate::error::Error;
 use crate::laws::event::RockEvent;
 use crate::laws::event::{Displacement, Event, Guard};
-use crate::modal::stretch::Stretch;
-use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
 use barrier::Barrier;
+use course::Curves;
 use drift::Drift;
 use envelope::Envelope;
 use signal::{Part, Signal};
@@ -66,7 +66,18 @@ impl Search {
         let parameters = motion.parameters();
         let (mode, reach) = (motion.mode(), motion.reach());
         let (vr, working) = (Displacement::Relative, !mode.vented);
+        let curves = Curves::new(motion);
         let mut track = |guard: Guard| {
+            if let Some(curves) = &curves {
+                self.others = true;
+                if let Some(root) = curves.crossing(&guard) {
+                    let signal = signal(motion, &guard).within(reach);
+                    restart(&mut self.trackers, self.count, (guard.event, signal));
+                    self.trackers[self.count].1.root = Some(root);
+                    self.count += 1;
+                }
+                return;
+            }
             let known = self.envelopes.iter().position(|envelope| envelope.is_of(&guard));
             let envelope = known.or_else(|| {
                 let made = Envelope::new(motion, &guard, reach, &self.envelopes)?;
@@ -87,13 +98,7 @@ impl Search {
                 signal = Some(envelope.signal(&guard, resolution));
             }
             let signal = signal.unwrap_or_else(|| self::signal(motion, &guard)).within(reach);
-            match self.trackers.get_mut(self.count) {
-                Some((event, tracker)) => {
-                    *event = guard.event;
-                    tracker.restart(signal, 0.0);
-                }
-                None => self.trackers.push((guard.event, GuardTracker::new(signal, 0.0))),
-            }
+            restart(&mut self.trackers, self.count, (guard.event, signal));
             let tracker = &mut self.trackers[self.count].1;
             (tracker.between, tracker.root) = (clear, root);
             self.count += 1;
@@ -108,13 +113,9 @@ impl Search {
         relay.into_iter().for_each(&mut track);
         if let Some(air) = motion.air() {
             let (end, now) = (parameters.cylinder_end(mode.vented), [air.shut, mode.vented]);
-            parameters.air.guards(&air.openings, now, end, vr).into_iter().for_each(&mut track);
+            parameters.air.guards(&air.openings, now, end, vr).for_each(&mut track);
         }
-        let tip = motion.share(0, Displacement::Tip);
-        self.barrier = tip.filter(|_| mode.rock.is_viscous()).map(|tip| {
-            let room = parameters.rock.energy_barrier - motion.state.psi;
-            Barrier::new(motion, tip, room, parameters.rock.viscosity)
-        });
+        self.barrier = mode.rock.is_viscous().then(|| Barrier::start(motion)).flatten();
         self.known.restart(self.count);
         for place in 0..self.count {
             if self.trackers[place].1.root.is_some() {
@@ -140,12 +141,9 @@ impl Search {
 
     /// True if the barrier's search summed the work up to the instant of the tip's track from series, so that the
     /// ledger must do the same.
-    pub fn sums_series(&mut self, tip: &Track) -> bool {
-        let sums = self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip));
-        if sums {
-            self.work.count_panels(Stretch::panels(&tip.system, tip.at));
-        }
-        sums
+    pub fn sums_series(&self, motion: &Motion) -> bool {
+        let barrier = self.barrier.as_ref().zip(motion.tracks.first());
+        barrier.is_some_and(|(barrier, tip)| barrier.sums(tip))
     }
 
     pub fn stop(&mut self) {
@@ -156,6 +154,9 @@ impl Search {
     /// Rotates the tip's track to `at`, starting from the guard's copy that is nearest. (When the barrier is reached,
     /// it starts from the anchor, since the copies' instants then depend on the host's steps.)
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
+        if motion.course().is_some() {
+            return; // There are no tracks.
+        }
         let is_barrier = self.barrier.as_ref().is_some_and(|barrier| barrier.root == Some(at));
         motion.return_to_anchors(if is_barrier { f64::NEG_INFINITY } else { at });
         let guards = if is_barrier { 0 } else { self.count };
@@ -278,12 +279,30 @@ impl Search {
     }
 }
 
+/// Puts a guard that starts at the epoch in the place `count`. The memory of the tracker there is reused.
+fn restart(
+    trackers: &mut Vec<(Event, GuardTracker)>,
+    count: usize,
+    (event, signal): (Event, Signal),
+) {
+    match trackers.get_mut(count) {
+        Some(tracked) => {
+            tracked.0 = event;
+            tracked.1.restart(signal, 0.0);
+        }
+        None => trackers.push((event, GuardTracker::new(signal, 0.0))),
+    }
+}
+
 /// Re-arms a guard that started above zero only because of rounding. A falling guard was at zero just before, so it may
 /// start above the estimated rounding.
 fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2]) {
     let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);
-    let rounding: f64 = parts.into_iter().flatten().map(of).sum();
+    let rounding: f64 = match motion.course() {
+        Some(course) => course.rounding[order],
+        None => parts.into_iter().flatten().map(of).sum(),
+    };
     if value <= if slope < 0.0 { FALLING * rounding } else { rounding } {
         tracker.re_arm();
     }
@@ -336,6 +355,13 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
     let factor = guard.direction.sign();
     let resolution = motion.model.resolutions[order];
     let level = guard.level - if order == 0 { motion.ahead(displacement) } else { 0.0 };
+    if let Some(course) = motion.course() {
+        let whole = course.poly(motion.graph().shares_of_pair(displacement));
+        let mut poly = if order == 1 { whole.derivative() } else { whole };
+        poly.0.iter_mut().for_each(|c| *c *= factor);
+        poly.0[0] -= factor * level;
+        return Signal::new(poly, [None; 2], order, resolution);
+    }
     let (mut parts, mut drift, mut is_calm) = ([None; 2], [0.0; 3], true);
     for (part, (track, functional)) in parts.iter_mut().zip(motion.shares(displacement)) {
         *part = Some(Part { track, functional, factor });

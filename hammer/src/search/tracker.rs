@@ -77,17 +77,17 @@ pub struct GuardTracker {
 const LONG_STEP: f64 = 2.0;
 /// Share of the resolution at which a guard counts as crossed. The rest allows for rounding, and lets the scan arrive
 /// in finitely many steps.
-const CROSSED: f64 = 0.875;
+pub(super) const CROSSED: f64 = 0.875;
 /// A guard more than this many resolutions below zero is far from it.
 pub(crate) const NEAR: f64 = 4.0;
 /// A step from far below zero ends at least this many resolutions below it.
 const APPROACHED: f64 = 2.0;
 /// Share of the resolution by which a guard may start above zero without having crossed.
-const AMBIGUOUS: f64 = 0.5;
+pub(super) const AMBIGUOUS: f64 = 0.5;
 /// Share of the resolution allowed for a window's remainder. The same share is allowed for its rounding.
 const FINE: f64 = 0.125;
 /// Share of the resolution allowed for all other rounding.
-const ROUNDED: f64 = 1.0 / 16.0;
+pub(super) const ROUNDED: f64 = 1.0 / 16.0;
 
 /// Most steps of one scan, which then returns so that its work is counted.
 const LONGEST_SCAN: u64 = 4096;

@@ -405,8 +405,8 @@ mod tests {
         assert_eq!(next(&above, 0.5), 0.5);
     }
 
-    /// Drift, modes and values all contribute to the rounding. The window is so long that only a part of it has a small
-    /// enough rounding.
+    /// Drift, modes and values all contribute to the rounding. At first the window is too long for the rounding to be
+    /// small enough.
     #[test]
     fn a_window_is_halved_until_its_rounding_is_fine() {
         let drift = |h: f64| 1e-16 + 1e-9 * h;

@@ -27,6 +27,8 @@ const PAUSE: u64 = 500;
 const WINDOW: u64 = 16;
 const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
+/// Units that a passage of a port's edge costs, which changes no system, beside the air's next window.
+const EDGE: u64 = 10;
 /// Cost of the series of a window of air, in coordinates.
 const AIR: u64 = 2_500;
 
@@ -55,7 +57,7 @@ impl Work {
         self.samples += 1;
     }
 
-    pub(super) fn count_panels(&mut self, panels: u64) {
+    pub(crate) fn count_panels(&mut self, panels: u64) {
         self.barrier += PANEL * panels;
     }
 
@@ -111,8 +113,10 @@ impl Budget {
             Some(_) => 1,
             None => 2,
         };
-        self.spent[cause] += TRANSITION;
-        self.pause.set(self.pause.get().saturating_sub(TRANSITION));
+        let is_edge = matches!(event, Some(Event::Port { .. } | Event::Opening { .. }));
+        let cost = if is_edge { EDGE } else { TRANSITION };
+        self.spent[cause] += cost;
+        self.pause.set(self.pause.get().saturating_sub(cost));
     }
 
     /// Returns an error if the step may not continue beyond `time` (s).
