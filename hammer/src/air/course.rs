@@ -120,16 +120,10 @@ static SHARES: [[f64; ORDER]; ORDER + 1] = {
 
 impl Course {
     /// Bodies at these displacements and velocities, before a window begins.
-    pub(crate) fn from(places: [f64; 2], speeds: [f64; 2]) -> Self {
+    pub(crate) fn from([p, q]: [f64; 2], [v, w]: [f64; 2]) -> Self {
         let mut course = Self { length: 1.0, ..Self::default() };
-        course.begin(places, speeds, [0.0; 2]);
+        (course.rows[0], course.rows[1]) = ([p, q, 0.0, 0.0], [v, w, 0.0, 0.0]);
         course
-    }
-
-    fn begin(&mut self, [p, q]: [f64; 2], [v, w]: [f64; 2], rounding: [f64; 2]) {
-        (self.length, self.rounding) = (1.0, rounding);
-        self.rows = [[0.0; 4]; ORDER + 1];
-        (self.rows[0], self.rows[1]) = ([p, q, 0.0, 0.0], [v, w, 0.0, 0.0]);
     }
 
     /// A displacement with these shares of piston and bit, and its first rates (at most three), at `t` after the epoch.
@@ -176,12 +170,13 @@ impl Course {
         [[p, q], [v / self.length, w / self.length]]
     }
 
-    /// Moves the epoch by `t`.
-    pub(crate) fn shift(&mut self, t: f64) {
+    /// The bodies at `t` after the epoch, before the next window begins.
+    pub(crate) fn shifted(&self, t: f64) -> Self {
         let ([[p, q, size, _], [v, w, rate, _]], over) =
             (ends(&self.rows, t / self.length), 1.0 / self.length);
         let unit = ORDER as f64 * f64::EPSILON;
-        self.begin([p, q], [v * over, w * over], [unit * size, unit * rate * over]);
+        let rounding = [unit * size, unit * rate * over];
+        Self { rounding, ..Self::from([p, q], [v * over, w * over]) }
     }
 
     /// A window of 1 s in which the bit has this displacement, and nothing else moves.
@@ -369,8 +364,7 @@ mod tests {
                 assert!(least[k] <= x && x <= most[k] && x.abs() <= sizes[k], "{i} {k}: {x}");
             }
         }
-        let mut moved = course.clone();
-        moved.shift(7e-4);
+        let moved = course.shifted(7e-4);
         let ([u, v], at) = (moved.start(), course.at(7e-4));
         for (one, other) in [u, v].as_flattened().iter().zip(at.as_flattened()) {
             assert!((one - other).abs() <= 4.0 * f64::EPSILON * other.abs());

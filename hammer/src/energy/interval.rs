@@ -115,7 +115,7 @@ pub(crate) struct Interval {
 #[derive(Debug)]
 enum Steel {
     Modes(Modes),
-    Rigid(Box<RigidInterval>),
+    Rigid(RigidInterval),
 }
 
 impl Interval {
@@ -135,8 +135,8 @@ impl Interval {
         known: [Option<f64>; 2],
     ) -> Self {
         let (state, model) = (&motion.state, &motion.model);
-        let steel = match motion.course() {
-            Some(course) => Steel::Rigid(Box::new(RigidInterval::new(course, &state.loads))),
+        let steel = match &state.course {
+            Some(course) => Steel::Rigid(RigidInterval::new(course, &state.loads)),
             None => Steel::Modes(Modes::new(motion, tracks, touched, span)),
         };
         let mut interval = Self {

@@ -4,20 +4,21 @@ use crate::laws::rock::Coefficients;
 use crate::modal::system::TAYLOR;
 use crate::motion::Course;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER};
+use crate::numerics::series::{LOW, ORDER, value};
 use crate::scene::graph::{CHANNELS, Channel};
 use std::array::from_fn;
+use std::sync::Arc;
 
 /// The polynomials of an interval.
 #[derive(Debug)]
 pub(crate) struct RigidInterval {
-    course: Course,
+    course: Arc<Course>,
     /// Feed force, N, and gravity, m/s2: coefficients in the time since the start of the interval.
     others: [[f64; LOW]; 2],
 }
 
 impl RigidInterval {
-    pub fn new(course: &Course, loads: &[Poly; CHANNELS]) -> Self {
+    pub fn new(course: &Arc<Course>, loads: &[Poly; CHANNELS]) -> Self {
         let other = |channel: Channel| from_fn(|k| loads[channel as usize].0[k]);
         Self { course: course.clone(), others: [Channel::Feed, Channel::Gravity].map(other) }
     }
@@ -47,9 +48,7 @@ impl RigidInterval {
 
     /// `int p'^2 dt` of the tip up to `t`, m2/s.
     pub fn bit_square(&self, t: f64) -> f64 {
-        let square = self.course.bit_square();
-        let tau = t / self.course.length;
-        square.iter().rev().fold(0.0, |sum, c| sum * tau + c)
+        value(&self.course.bit_square(), t / self.course.length)
     }
 
     /// Force of a spring with a dashpot on this displacement, over the part of the interval between two instants (s).

@@ -3,7 +3,7 @@
 use super::Motion;
 use crate::air::series::{LONGEST, Left, Problem};
 use crate::air::steel::{Block, Steel};
-use crate::air::{Air, Places, volumes};
+use crate::air::{Air, Places, Window, volumes};
 use crate::error::Error;
 use crate::laws::air::{KAPPA, Side};
 use crate::laws::event::Displacement;
@@ -16,6 +16,7 @@ use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::Parameters;
 use crate::scene::graph::{CHANNELS, Channel, Group};
 use std::array::from_fn;
+use std::sync::Arc;
 
 /// Limit of the attempts to solve a window. Each changes the formula of one flow.
 const TRIALS: u64 = 64;
@@ -143,16 +144,17 @@ impl Motion {
             (window.reach, window.then) = (until, None);
         }
         if let (Ok(window), Some(course)) = (&solved, &mut self.state.course) {
-            series.follow(&problem, window.length, course);
+            series.follow(&problem, window.length, Arc::make_mut(course));
         }
-        let forces = solved.as_ref().ok().map(|window| series.forces(window.length));
+        let of_window = |window: &Box<Window>| series.forces(window.length);
+        let is_pressed = self.state.course.is_none();
+        let forces = is_pressed.then(|| solved.as_ref().ok().map(of_window));
         self.steel = steel;
-        let forces = forces.unwrap_or_else(|| self.air_forces(Some(&air)));
         let is_solved = solved.is_ok();
         air.window = solved.ok();
         self.state.air = Some(air);
-        if self.course().is_none() {
-            self.press(&forces);
+        if let Some(forces) = forces {
+            self.press(&forces.unwrap_or_else(|| self.air_forces(self.air())));
             self.note_polys();
         }
         if is_solved {

@@ -37,6 +37,7 @@ use crate::quantities::{inputs::Input, parameters::Parameters};
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::{Edge, Graph, Group};
 use state::{Anchor, Milestone, MotionState};
+use std::sync::Arc;
 
 /// A displacement and its first two rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -338,7 +339,8 @@ impl Motion {
         viscous: f64,
     ) -> Result<(), Error> {
         let followed = self.state.course.as_mut().map(|course| {
-            course.shift(at);
+            // The ledger keeps the course of the window that ends here.
+            *course = Arc::new(course.shifted(at));
             course.start().map(|[piston, bit]| [piston - bit; 2])
         });
         let in_cylinder = || self.air().map(|_| self.in_cylinder(&self.tracks, at));

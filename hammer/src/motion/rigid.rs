@@ -10,11 +10,13 @@ use crate::air::course::Course;
 use crate::air::series::{LONGEST, Left};
 use crate::air::steel::{Pair, Steel};
 use crate::error::Error;
-use crate::laws::mode::Tie;
+use crate::laws::mode::{Mode, Tie};
+use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::track::Track;
 use crate::numerics::poly::Poly;
 use crate::scene::graph::{CHANNELS, Channel, Group};
 use std::array::from_fn;
+use std::sync::Arc;
 
 /// Bodies that ring for more radians than this in the time of a stroke are not expanded.
 const RADIANS: f64 = 1000.0;
@@ -26,27 +28,46 @@ impl Motion {
         self.state.course.as_deref()
     }
 
-    /// What acts on the two bodies at the epoch, if they are to be expanded with the air.
-    pub(super) fn pair(&self) -> Option<Pair> {
-        let (graph, parameters) = (self.graph(), self.parameters());
+    /// The largest force of the air on the piston, N.
+    fn largest_force(&self) -> f64 {
+        let drive = &self.parameters().drive;
+        let [supply, exhaust] = self.outside(0.0);
+        supply.max(exhaust) * (drive.area_drive + drive.area_return)
+    }
+
+    /// Stiffness of the contact (N/m; 0 while it is open), and spring and dashpot of the rock, in this mode.
+    fn lines(&self, mode: &Mode) -> (f64, Coefficients) {
+        let mut holding = self.graph().holding(mode.ties);
+        let contact = holding.find(|(edge, _)| edge.tie == Tie::Contact);
+        let rock = Spring::of(mode.rock).coefficients(&self.parameters().rock);
+        (contact.map_or(0.0, |(_, line)| line.stiffness), rock)
+    }
+
+    /// True if the bodies are to be expanded with the air in this mode.
+    pub(super) fn follows(&self, mode: &Mode) -> bool {
         #[cfg(test)]
         if tests::BY_MODES.get() {
-            return None;
+            return false;
         }
         if !self.model.is_expanded() {
+            return false;
+        }
+        let (contact, rock) = self.lines(mode);
+        let [piston, bit] = self.masses();
+        let stroke = (piston * self.parameters().air.cylinder / self.largest_force()).sqrt();
+        let along = rock.stiffness / bit + contact * (1.0 / piston + 1.0 / bit);
+        let rate = along.sqrt() + rock.viscosity / bit;
+        rate * stroke <= RADIANS
+    }
+
+    /// What acts on the two bodies at the epoch, if they are to be expanded with the air.
+    pub(super) fn pair(&self) -> Option<Pair> {
+        let mode = &self.state.mode;
+        if !self.follows(mode) {
             return None;
         }
-        let masses: [f64; 2] = from_fn(|body| graph.bodies[body].mass);
-        let mut holding = graph.holding(self.state.mode.ties);
-        let contact = holding.find(|(edge, _)| edge.tie == Tie::Contact);
-        let contact = contact.map_or(0.0, |(_, line)| line.stiffness);
-        let rock = self.tip_line();
-        let drive = &parameters.drive;
-        let [supply, exhaust] = self.outside(0.0);
-        let force = supply.max(exhaust) * (drive.area_drive + drive.area_return);
-        let stroke = (masses[0] * parameters.air.cylinder / force).sqrt();
-        let along = rock.stiffness / masses[1] + contact * (1.0 / masses[0] + 1.0 / masses[1]);
-        let rate = along.sqrt() + rock.viscosity / masses[1];
+        let ((contact, rock), masses, force) =
+            (self.lines(mode), self.masses(), self.largest_force());
         let loads = &self.state.loads;
         let [feed, gravity] = [Channel::Feed, Channel::Gravity].map(|c| &loads[c as usize].0);
         let other = |body: usize| {
@@ -54,16 +75,19 @@ impl Motion {
             from_fn(|k| masses[body] * gravity[k] + pulled(k))
         };
         // Twice the displacement by the air's force, of whatever is stiffest.
-        let stiffest = rock.stiffness.max(contact).max(force / parameters.air.cylinder);
-        let pair = Pair {
+        let stiffest = rock.stiffness.max(contact).max(force / self.parameters().air.cylinder);
+        Some(Pair {
             masses,
             contact,
             rock,
             others: [other(0), other(1)],
             unit: 2.0 * force / stiffest,
             ..Pair::default()
-        };
-        (rate * stroke <= RADIANS).then_some(pair)
+        })
+    }
+
+    fn masses(&self) -> [f64; 2] {
+        from_fn(|body| self.graph().bodies[body].mass)
     }
 
     /// Puts both bodies as they are expanded from the epoch on into `steel`.
@@ -101,7 +125,7 @@ impl Motion {
             shared.iter().for_each(|overlap| overlap.copy([q, v], &mut whole));
         }
         let of = |k: usize| [whole[k] / roots[0], whole[k + 1] / roots[1]];
-        self.state.course = Some(Box::new(Course::from(of(0), of(2))));
+        self.state.course = Some(Arc::new(Course::from(of(0), of(2))));
         self.state.anchors.clear();
         self.tracks.clear();
         for channel in [Channel::Drive, Channel::Anvil] {
@@ -137,7 +161,7 @@ impl Motion {
 
     /// Square roots of the masses of both bodies.
     fn roots(&self) -> [f64; 2] {
-        from_fn(|body| self.graph().bodies[body].mass.sqrt())
+        self.masses().map(f64::sqrt)
     }
 }
 

@@ -15,6 +15,7 @@ use crate::quantities::parameters::Parameters;
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::Group;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A group's modal vector at the last event or before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,7 +123,7 @@ pub struct MotionState {
     /// An anchor for each group; the bit's group comes first. There is none while `course` has the motion.
     pub anchors: Vec<Anchor>,
     /// The motion of a rigid hammer that is expanded with the air.
-    pub course: Option<Box<Course>>,
+    pub course: Option<Arc<Course>>,
     /// Position of the zero of the present rock line, m.
     pub origin: Double,
     /// Memory of the rock law, relative to the origin.

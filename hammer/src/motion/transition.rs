@@ -49,7 +49,9 @@ impl Motion {
             _ => return Ok(()),
         }
         if self.course().is_some() {
-            // The bodies may return to the modes.
+            if self.follows(&mode) {
+                return Ok(());
+            }
             let groups = self.graph().groups(&mode);
             return groups
                 .into_iter()
@@ -188,7 +190,7 @@ impl Motion {
         }
         self.state.origin.move_by(transition.shift);
         if let Some(course) = &mut self.state.course {
-            course.move_origin(transition.shift, transition.tip);
+            Arc::make_mut(course).move_origin(transition.shift, transition.tip);
             return Ok(());
         }
         for index in 1..self.tracks.len() {

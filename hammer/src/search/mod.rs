@@ -46,6 +46,8 @@ pub(crate) struct Search {
     trackers: Vec<(Event, GuardTracker)>,
     /// Number of guards of the present mode that are tracked.
     count: usize,
+    /// Guards whose crossings are known without a tracker.
+    crossings: Vec<(f64, Event)>,
     /// True if the guards that are not tracked cannot cross before the motion's polynomials end.
     others: bool,
     barrier: Option<Barrier>,
@@ -62,6 +64,7 @@ impl Search {
     /// Starts tracking the guards of the present mode from the epoch.
     pub fn start(&mut self, motion: &Motion) {
         (self.count, self.others) = (0, false);
+        self.crossings.clear();
         self.envelopes.clear();
         let parameters = motion.parameters();
         let (mode, reach) = (motion.mode(), motion.reach());
@@ -70,12 +73,8 @@ impl Search {
         let mut track = |guard: Guard| {
             if let Some(curves) = &curves {
                 self.others = true;
-                if let Some(root) = curves.crossing(&guard) {
-                    let signal = signal(motion, &guard).within(reach);
-                    restart(&mut self.trackers, self.count, (guard.event, signal));
-                    self.trackers[self.count].1.root = Some(root);
-                    self.count += 1;
-                }
+                let crossing = curves.crossing(&guard);
+                self.crossings.extend(crossing.map(|at| (at, guard.event)));
                 return;
             }
             let known = self.envelopes.iter().position(|envelope| envelope.is_of(&guard));
@@ -117,6 +116,7 @@ impl Search {
         }
         self.barrier = mode.rock.is_viscous().then(|| Barrier::start(motion)).flatten();
         self.known.restart(self.count);
+        self.known.first = self.crossings.iter().copied().reduce(first);
         for place in 0..self.count {
             if self.trackers[place].1.root.is_some() {
                 self.record_root(place);
@@ -231,7 +231,8 @@ impl Search {
     fn record_root(&mut self, place: usize) {
         self.known.clear[place] = f64::INFINITY;
         let guards = self.trackers[..self.count].iter();
-        let crossings = guards.filter_map(|(event, tracker)| Some((tracker.root?, *event)));
+        let found = guards.filter_map(|(event, tracker)| Some((tracker.root?, *event)));
+        let crossings = self.crossings.iter().copied().chain(found);
         let barrier = self.barrier.as_ref().and_then(|barrier| barrier.root);
         let barrier = barrier.map(|at| (at, Event::Rock(RockEvent::Barrier)));
         self.known.first = crossings.chain(barrier).reduce(first);
@@ -299,10 +300,7 @@ fn restart(
 fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2]) {
     let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);
-    let rounding: f64 = match motion.course() {
-        Some(course) => course.rounding[order],
-        None => parts.into_iter().flatten().map(of).sum(),
-    };
+    let rounding: f64 = parts.into_iter().flatten().map(of).sum();
     if value <= if slope < 0.0 { FALLING * rounding } else { rounding } {
         tracker.re_arm();
     }
@@ -355,13 +353,6 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
     let factor = guard.direction.sign();
     let resolution = motion.model.resolutions[order];
     let level = guard.level - if order == 0 { motion.ahead(displacement) } else { 0.0 };
-    if let Some(course) = motion.course() {
-        let whole = course.poly(motion.graph().shares_of_pair(displacement));
-        let mut poly = if order == 1 { whole.derivative() } else { whole };
-        poly.0.iter_mut().for_each(|c| *c *= factor);
-        poly.0[0] -= factor * level;
-        return Signal::new(poly, [None; 2], order, resolution);
-    }
     let (mut parts, mut drift, mut is_calm) = ([None; 2], [0.0; 3], true);
     for (part, (track, functional)) in parts.iter_mut().zip(motion.shares(displacement)) {
         *part = Some(Part { track, functional, factor });
