@@ -391,7 +391,7 @@ impl Motion {
             }
         }
         let is_finite = match &self.state.course {
-            Some(course) => course.is_sound(),
+            Some(course) => course.start().as_flattened().iter().all(|x| x.is_finite()),
             None => kernel::is_finite(&self.tracks[0].z),
         };
         if !is_finite {

@@ -6,7 +6,7 @@
 
 use crate::numerics::bracket::{PASSES, admits};
 use crate::numerics::kernel::vectorised;
-use crate::numerics::series::{ORDER, Powers};
+use crate::numerics::series::{ORDER, Powers, value_and_slope};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
@@ -14,6 +14,10 @@ use pulp::{Simd, WithSimd};
 const HALVINGS: usize = 40;
 /// The change of a zero at which its iteration stops.
 const SETTLED: f64 = 1e-15;
+
+/// Least factor that is assumed for the square of an error: that of a zero of a polynomial of some ten powers on the
+/// interval.
+const LEAST_FACTOR: f64 = 32.0;
 
 /// Least distance of two changes of sign, over the interval.
 const APART: f64 = 1e-9;
@@ -141,23 +145,24 @@ fn halved(q: &[f64], b: &Terms, [start, end]: [f64; 2], halvings: usize) -> Opti
 /// The zero between a point where the polynomial is negative and one where it is positive, by Newton's method from `x`.
 /// Bisection keeps it within the bracket.
 pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64) -> f64 {
+    let mut last = 0.0;
     for pass in 0..PASSES {
-        let (mut value, mut slope) = (0.0, 0.0);
-        for c in q.iter().rev() {
-            slope = slope * x + value;
-            value = value * x + c;
-        }
+        let [value, slope] = value_and_slope(q, x);
         if value < 0.0 {
             low = x;
         } else {
             high = x;
         }
         let newton = x - value / slope;
-        let next = if admits(pass, [low, high], newton) { newton } else { 0.5 * (low + high) };
-        if (next - x).abs() <= SETTLED {
+        let is_newton = admits(pass, [low, high], newton);
+        let next = if is_newton { newton } else { 0.5 * (low + high) };
+        let step = (next - x).abs();
+        // Newton's method squares the error, with a factor that two steps show.
+        let ahead = step * step * (step / (last * last)).max(LEAST_FACTOR);
+        if step <= SETTLED || is_newton && ahead <= SETTLED {
             return next;
         }
-        x = next;
+        (x, last) = (next, step);
     }
     x
 }

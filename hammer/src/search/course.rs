@@ -11,7 +11,7 @@
 use crate::laws::event::{Displacement, Guard};
 use crate::motion::{Bounds, CURVES, Course, Motion};
 use crate::numerics::bernstein::{Terms, first_rise, of_series, rise_between};
-use crate::numerics::series::{ORDER, Powers};
+use crate::numerics::series::{ORDER, Powers, value_and_slope};
 use crate::search::tracker::{AMBIGUOUS, CROSSED, NEAR, ROUNDED};
 use std::array::from_fn;
 use std::cell::OnceCell;
@@ -110,12 +110,14 @@ impl Rising<'_> {
         let beyond = signs.iter().position(|b| *b >= crossed)?;
         let (below, above) = signs.split_at(beyond);
         let mut q = self.curves.powers(self.place).map(|c| sign * c);
-        if let Some(last) = below.last()
-            && below.iter().all(|b| *b < self.level)
+        // A guard may start at its level, if it falls at first.
+        if let Some(last) = below.last().filter(|last| **last < self.level)
+            && below[0] <= self.level
+            && below[1..].iter().all(|b| *b < self.level)
             && above.iter().all(|b| *b >= crossed)
         {
             // The guard has one zero. The line through the two coefficients is where the search for it begins.
-            q[0] -= self.level;
+            q[0] = signs[0] - self.level;
             let part = (self.level - last) / (above[0] - last);
             let guess = ((beyond - 1) as f64 + part) / ORDER as f64;
             return Some(rise_between(&q, [0.0, 1.0], guess));
@@ -131,7 +133,7 @@ impl Rising<'_> {
 fn last_zero(q: &Powers, until: f64) -> f64 {
     let (mut step, mut low) = (LEAST_STEP, until);
     loop {
-        let (value, slope) = value_and_slope(q, low);
+        let [value, slope] = value_and_slope(q, low);
         if value < 0.0 {
             return rise_between(q, [low, until], until);
         }
@@ -141,10 +143,6 @@ fn last_zero(q: &Powers, until: f64) -> f64 {
         step = (2.0 * value / slope).max(2.0 * step);
         low = (until - step).max(0.0);
     }
-}
-
-fn value_and_slope(q: &Powers, t: f64) -> (f64, f64) {
-    q.iter().rev().fold((0.0, 0.0), |(value, slope), c| (value * t + c, slope * t + value))
 }
 
 #[cfg(test)]

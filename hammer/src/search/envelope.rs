@@ -11,6 +11,7 @@ use crate::motion::Motion;
 use crate::numerics::bernstein::{first_rise, rise_between};
 use crate::numerics::kernel;
 use crate::numerics::poly::{Poly, TERMS};
+use crate::numerics::series::value_and_slope;
 
 /// Number of roundings that the bounds allow for, far more than actually occur.
 const ROUNDINGS: f64 = 4096.0;
@@ -156,11 +157,6 @@ impl Envelope {
         let above = || value_and_slope(q, beyond)[0] > NEAR * resolution;
         (rises && above()).then(|| rise_between(q, [start, beyond], start - value / slope) * reach)
     }
-}
-
-/// Value and slope of a polynomial.
-fn value_and_slope(q: &[f64], t: f64) -> [f64; 2] {
-    q.iter().rev().fold([0.0; 2], |[value, slope], c| [value * t + c, slope * t + value])
 }
 
 #[cfg(test)]
