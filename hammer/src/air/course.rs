@@ -8,14 +8,14 @@
 use super::steel::Pair;
 use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::poly::{OVER, Poly};
-use crate::numerics::series::{LOW, ORDER, Powers};
+use crate::numerics::series::{HIGH, HighPowers, LOW, ORDER};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 use std::array::from_fn;
 
 /// Number of powers of the integral of a squared velocity.
-pub(crate) const SQUARE: usize = 2 * ORDER;
+pub(crate) const SQUARE: usize = 2 * HIGH;
 
 /// The motion of a rigid piston and a rigid bit over a window of the air.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -23,17 +23,18 @@ pub struct Course {
     /// Length of the window, s. The polynomials are in the time divided by it.
     pub length: f64,
     /// Coefficients of the displacements of piston and bit, m, and of the air's forces on them, N; one row per power.
-    pub rows: [[f64; 4]; ORDER + 1],
+    pub rows: [[f64; 4]; HIGH + 1],
     /// Bounds on the rounding of the displacements (m) and of the velocities (m/s) at the epoch.
     pub rounding: [f64; 2],
 }
 
 vectorised! {
     /// Adopts the series of a window: the displacements `u`, and the air's forces in the first two lanes of `rows`.
-    pub(super) fn adopt(course: &'a mut Course, pair: &'a Pair, u: &'a [[f64; 2]; ORDER + 1], rows: &'a [Row; ORDER + 1], length: f64) -> () as Adopt, _simd {
+    pub(super) fn adopt(course: &'a mut Course, pair: &'a Pair, u: &'a [[f64; 2]; HIGH + 1], rows: &'a [Row; ORDER + 1], length: f64) -> () as Adopt, _simd {
         let mut power = 1.0;
         for (k, row) in course.rows.iter_mut().enumerate() {
-            let [f, b] = if k + 2 <= ORDER { [rows[k][0], rows[k][1]] } else { pair.forces(u, k) };
+            let known = rows.get(k).map(|row| [row[0], row[1]]);
+            let [f, b] = known.unwrap_or_else(|| if k + 2 <= HIGH { [0.0; 2] } else { pair.forces(u, k) });
             *row = [u[k][0], u[k][1], f, b].map(|c| power * c);
             power *= length;
         }
@@ -44,7 +45,7 @@ vectorised! {
 vectorised! {
     /// At a time over the window's length: displacements of piston and bit and the sum of their terms' sizes, then the
     /// rates of all three.
-    fn ends(rows: &'a [[f64; 4]; ORDER + 1], tau: f64) -> [[f64; 4]; 2] as Ends, _simd {
+    fn ends(rows: &'a [[f64; 4]; HIGH + 1], tau: f64) -> [[f64; 4]; 2] as Ends, _simd {
         let (mut values, mut rates) = ([0.0; 4], [0.0; 4]);
         for [p, q, ..] in rows.iter().rev() {
             let row = [*p, *q, p.abs() + q.abs(), 0.0];
@@ -92,10 +93,10 @@ vectorised! {
 
 vectorised! {
     /// For each power `j` of a displacement, `int F j t^(j - 1)` over `[0, 1]` of the forces in the last two lanes.
-    fn along(rows: &'a [[f64; 4]; ORDER + 1]) -> [[f64; ORDER]; 2] as Along, _simd {
-        let mut all = [[0.0; ORDER]; 2];
+    fn along(rows: &'a [[f64; 4]; HIGH + 1]) -> [[f64; HIGH]; 2] as Along, _simd {
+        let mut all = [[0.0; HIGH]; 2];
         for ([.., f, b], shares) in rows.iter().zip(&SHARES) {
-            for j in 0..ORDER {
+            for j in 0..HIGH {
                 all[0][j] += f * shares[j];
                 all[1][j] += b * shares[j];
             }
@@ -105,11 +106,11 @@ vectorised! {
 }
 
 /// `int t^i d(t^(j + 1))` over `[0, 1]`, in the order `[i][j]`.
-static SHARES: [[f64; ORDER]; ORDER + 1] = {
-    let (mut all, mut i) = ([[0.0; ORDER]; ORDER + 1], 0);
-    while i <= ORDER {
+static SHARES: [[f64; HIGH]; HIGH + 1] = {
+    let (mut all, mut i) = ([[0.0; HIGH]; HIGH + 1], 0);
+    while i <= HIGH {
         let mut j = 0;
-        while j < ORDER {
+        while j < HIGH {
             all[i][j] = (j + 1) as f64 / (i + j + 1) as f64;
             j += 1;
         }
@@ -174,14 +175,14 @@ impl Course {
     pub(crate) fn shifted(&self, t: f64) -> Self {
         let ([[p, q, size, _], [v, w, rate, _]], over) =
             (ends(&self.rows, t / self.length), 1.0 / self.length);
-        let unit = ORDER as f64 * f64::EPSILON;
+        let unit = HIGH as f64 * f64::EPSILON;
         let rounding = [unit * size, unit * rate * over];
         Self { rounding, ..Self::from([p, q], [v * over, w * over]) }
     }
 
     /// A window of 1 s in which the bit has this displacement, and nothing else moves.
     #[cfg(test)]
-    pub(crate) fn of_tip(powers: &Powers) -> Self {
+    pub(crate) fn of_tip(powers: &HighPowers) -> Self {
         let mut course = Self::from([0.0; 2], [0.0; 2]);
         course.rows.iter_mut().zip(powers).for_each(|(row, c)| row[1] = *c);
         course
@@ -193,7 +194,7 @@ impl Course {
     }
 
     /// A displacement with these shares of piston and bit, in the time over the window's length.
-    pub(crate) fn powers(&self, [first, second]: [f64; 2]) -> Powers {
+    pub(crate) fn powers(&self, [first, second]: [f64; 2]) -> HighPowers {
         self.rows.map(|[p, q, ..]| first * p + second * q)
     }
 
@@ -239,13 +240,13 @@ impl Course {
 
     /// `int u_2'^2 dt` of the bit as a polynomial of the time over the window's length, m2/s.
     pub(crate) fn bit_square(&self) -> [f64; SQUARE] {
-        let speed: Powers = from_fn(|k| match self.rows.get(k + 1) {
+        let speed: HighPowers = from_fn(|k| match self.rows.get(k + 1) {
             Some([_, q, ..]) => (k + 1) as f64 * q / self.length,
             None => 0.0,
         });
         let mut square = [0.0; SQUARE];
-        for (i, a) in speed[..ORDER].iter().enumerate() {
-            for (j, b) in speed[..ORDER].iter().enumerate() {
+        for (i, a) in speed[..HIGH].iter().enumerate() {
+            for (j, b) in speed[..HIGH].iter().enumerate() {
                 square[i + j + 1] += a * b;
             }
         }
@@ -261,7 +262,7 @@ impl Course {
 }
 
 /// A polynomial in terms of time over a part of its interval.
-fn scaled(powers: &Powers, tau: f64) -> Powers {
+fn scaled(powers: &HighPowers, tau: f64) -> HighPowers {
     let mut power = 1.0;
     powers.map(|c| {
         let c = power * c;
@@ -271,12 +272,12 @@ fn scaled(powers: &Powers, tau: f64) -> Powers {
 }
 
 /// `int_0^1 force place' dt`.
-fn work(force: &Powers, place: &Powers) -> f64 {
+fn work(force: &HighPowers, place: &HighPowers) -> f64 {
     let of = |j: usize| {
         let each = force.iter().zip(&OVER[j - 1..]).map(|(force, over)| force * over);
         j as f64 * place[j] * each.sum::<f64>()
     };
-    (1..=ORDER).map(of).sum()
+    (1..=HIGH).map(of).sum()
 }
 
 #[cfg(test)]
@@ -289,7 +290,7 @@ mod tests {
         let mut pair = Pair { masses: [9.0, 14.0], contact: 3e6, unit: 1.0, ..Pair::default() };
         pair.rock = Coefficients { stiffness: 2e6, viscosity: 5e3 };
         (pair.others[0][0], pair.others[1][1]) = (88.0, 3e4);
-        let mut u = [[0.0; 2]; ORDER + 1];
+        let mut u = [[0.0; 2]; HIGH + 1];
         (u[0], u[1], u[2]) = ([-2e-3, 1e-3], [8.0, -0.5], [-900.0, 300.0]);
         let mut rows = [[0.0; 8]; ORDER + 1];
         for (k, row) in rows.iter_mut().enumerate() {

@@ -19,7 +19,7 @@ use crate::laws::air::{GAS, KAPPA, Opening, Regime, Side};
 use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::math;
 use crate::numerics::poly::{OVER, Poly};
-use crate::numerics::series::{LOW, ORDER, Powers};
+use crate::numerics::series::{HIGH, LOW, ORDER, Powers};
 use crate::numerics::vectors::dispatch;
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
@@ -111,7 +111,7 @@ pub(crate) struct Series {
     /// Series of the work of both chambers, `int p V'`.
     pub(super) works: Powers,
     /// Displacements of a rigid piston and a rigid bit; zero for other steel.
-    pub(super) bodies: [[f64; 2]; ORDER + 1],
+    pub(super) bodies: [[f64; 2]; HIGH + 1],
     /// Series of the mass taken from the supply, and of the enthalpy that enters the chambers.
     pub(super) sums: [[f64; 2]; ORDER + 1],
     /// The rows, scaled to the window's length and projected.
@@ -193,6 +193,9 @@ vectorised! {
             if k < ORDER {
                 gains = series.flow_on(problem, order, places);
             }
+        }
+        if problem.steel.pair.is_some() {
+            series.go_further();
         }
     }
 }
@@ -312,6 +315,16 @@ impl Series {
         places
     }
 
+    /// Adds the highest powers of the motion of rigid bodies, to which the air contributes as far as its series goes.
+    #[inline(always)]
+    fn go_further(&mut self) {
+        for k in ORDER + 1..=HIGH {
+            let forces = self.rows.get(k - 1).map_or([0.0; 2], |row| [row[0], row[1]]);
+            self.steel.go_on(forces, (k - 1, OVER[k - 1]));
+            self.bodies[k] = self.steel.bodies();
+        }
+    }
+
     /// Coefficient `k` of what the chambers gain, after [`Self::go_on`].
     #[inline(always)]
     fn flow_on(&mut self, problem: &Problem, order: Order, places: Places) -> Gains {
@@ -417,17 +430,23 @@ impl Series {
             if most.is_nan() {
                 return 0.0;
             }
+            shorten(&mut length, most, k);
+        }
+        if let Some(pair) = &problem.steel.pair {
             // What the volumes do not feel at once, they feel later.
-            let most = problem.steel.pair.map_or(most, |pair| {
-                let [p, q] = self.bodies[k];
-                most.max(p.abs().max(q.abs()) / (pair.unit * error))
-            });
-            if most * math::powi(length, k) > 1.0 {
-                length = 1.0 / math::rough_root(most, k as u64);
+            for (k, [p, q]) in self.bodies.iter().enumerate().skip(HIGH - 1) {
+                shorten(&mut length, p.abs().max(q.abs()) / (pair.unit * error), k);
             }
         }
         let positive = self.chambers.volume.iter().chain(&first[MASS..PLACE]).all(|x| *x > 0.0);
         if positive && length.is_finite() { length } else { 0.0 }
+    }
+}
+
+/// Shortens a window so that the largest term, `most` times power `k` of its length, does not exceed what is allowed.
+fn shorten(length: &mut f64, most: f64, k: usize) {
+    if most * math::powi(*length, k) > 1.0 {
+        *length = 1.0 / math::rough_root(most, k as u64);
     }
 }
 

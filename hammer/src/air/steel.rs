@@ -3,7 +3,7 @@
 use super::Places;
 use super::lanes::Half;
 use crate::laws::rock::Coefficients;
-use crate::numerics::series::{LOW, ORDER};
+use crate::numerics::series::{HIGH, LOW};
 use std::array::from_fn;
 
 /// Two coordinates of the steel, `z' = B z + b f`, and their share of the piston's positions.
@@ -71,8 +71,8 @@ impl Pair {
     }
 
     /// Coefficient `k` of the air's forces under which the bodies move exactly by these polynomials.
-    pub(super) fn forces(&self, u: &[[f64; 2]; ORDER + 1], k: usize) -> [f64; 2] {
-        let of = |k: usize| if k <= ORDER { u[k] } else { [0.0; 2] };
+    pub(super) fn forces(&self, u: &[[f64; 2]; HIGH + 1], k: usize) -> [f64; 2] {
+        let of = |k: usize| if k <= HIGH { u[k] } else { [0.0; 2] };
         let ([p, q], [_, next], second, other) = (u[k], of(k + 1), of(k + 2), self.other(k));
         let pressed = self.contact * (p - q);
         let order = (k + 1) as f64;

@@ -4,7 +4,7 @@ use crate::laws::rock::Coefficients;
 use crate::modal::system::TAYLOR;
 use crate::motion::Course;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER, value};
+use crate::numerics::series::{HIGH, LOW, value};
 use crate::scene::graph::{CHANNELS, Channel};
 use std::array::from_fn;
 use std::sync::Arc;
@@ -68,4 +68,4 @@ impl RigidInterval {
     }
 }
 
-const _: () = assert!(ORDER < TAYLOR);
+const _: () = assert!(HIGH < TAYLOR);

@@ -6,7 +6,7 @@
 
 use crate::numerics::bracket::{PASSES, admits};
 use crate::numerics::kernel::vectorised;
-use crate::numerics::series::{ORDER, Powers, value_and_slope};
+use crate::numerics::series::{HIGH, HighPowers, ORDER, Powers, value_and_slope};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
@@ -29,21 +29,39 @@ pub(crate) const MOST: usize = 24;
 pub(crate) type Terms = [f64; MOST];
 
 vectorised! {
-    /// Bernstein's coefficients of a power series up to [`ORDER`].
-    pub(crate) fn of_series(q: &'a Powers) -> Terms as OfSeries, _simd {
-        let mut b = [0.0; MOST];
-        for (c, shares) in q.iter().zip(&SHARES) {
-            (0..ORDER + 1).for_each(|i| b[i] += c * shares[i]);
-        }
-        b
+    /// Bernstein's coefficients of the motion of a rigid body.
+    pub(crate) fn of_motion(q: &'a HighPowers) -> Terms as OfMotion, _simd {
+        summed(q, &OF_MOTION)
     }
 }
 
-/// The contribution `C(i, j) / C(ORDER, j)` of the power `j` to coefficient `i`, in the order `[j][i]`.
-static SHARES: [Powers; ORDER + 1] = {
-    let (mut all, mut j) = ([[0.0; ORDER + 1]; ORDER + 1], 0);
-    while j <= ORDER {
-        let (mut last, mut i) = (1.0, ORDER);
+vectorised! {
+    /// Bernstein's coefficients of a power series up to [`ORDER`].
+    fn of_series(q: &'a Powers) -> Terms as OfSeries, _simd {
+        summed(q, &OF_SERIES)
+    }
+}
+
+#[inline(always)]
+fn summed<const COUNT: usize>(q: &[f64; COUNT], all: &[[f64; COUNT]; COUNT]) -> Terms {
+    let mut b = [0.0; MOST];
+    for (c, shares) in q.iter().zip(all) {
+        for i in 0..COUNT {
+            b[i] += c * shares[i];
+        }
+    }
+    b
+}
+
+static OF_MOTION: [HighPowers; HIGH + 1] = shares();
+static OF_SERIES: [Powers; ORDER + 1] = shares();
+
+/// The contribution `C(i, j) / C(n, j)` of the power `j` to coefficient `i`, in the order `[j][i]`; `n` is the highest
+/// power.
+const fn shares<const COUNT: usize>() -> [[f64; COUNT]; COUNT] {
+    let (mut all, mut j) = ([[0.0; COUNT]; COUNT], 0);
+    while j < COUNT {
+        let (mut last, mut i) = (1.0, COUNT - 1);
         while i + 1 > j {
             all[j][i] = last;
             if i == 0 {
@@ -55,11 +73,14 @@ static SHARES: [Powers; ORDER + 1] = {
         j += 1;
     }
     all
-};
+}
 
 /// Bernstein's coefficients of `sum_k q_k t^k`: the power coefficients divided by binomials, then summed cumulatively
 /// again and again.
 fn coefficients(q: &[f64]) -> Terms {
+    if let Ok(q) = q.try_into() {
+        return of_motion(q);
+    }
     if let Ok(q) = q.try_into() {
         return of_series(q);
     }

@@ -10,6 +10,12 @@ pub const LOW: usize = 7;
 /// Coefficients of a power series.
 pub type Powers = [f64; ORDER + 1];
 
+/// Highest power of the motion of rigid bodies. A body rings on the rock and at the contact while the air's series are
+/// still good. Its further powers follow from the lower ones, without any product of series.
+pub const HIGH: usize = 20;
+/// Coefficients of such a motion.
+pub type HighPowers = [f64; HIGH + 1];
+
 /// Nodes on the interval from 0 to 1 for interpolation with this many coefficients: the zeros of the Legendre
 /// polynomial.
 pub const NODES: [f64; LOW] = [

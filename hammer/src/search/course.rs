@@ -10,8 +10,8 @@
 
 use crate::laws::event::{Displacement, Guard};
 use crate::motion::{Bounds, CURVES, Course, Motion};
-use crate::numerics::bernstein::{Terms, first_rise, of_series, rise_between};
-use crate::numerics::series::{ORDER, Powers, value_and_slope};
+use crate::numerics::bernstein::{Terms, first_rise, of_motion, rise_between};
+use crate::numerics::series::{HIGH, HighPowers, value_and_slope};
 use crate::search::tracker::{AMBIGUOUS, CROSSED, NEAR, ROUNDED};
 use std::array::from_fn;
 use std::cell::OnceCell;
@@ -46,7 +46,7 @@ impl<'a> Curves<'a> {
     }
 
     /// Coefficients of a curve.
-    fn powers(&self, place: usize) -> Powers {
+    fn powers(&self, place: usize) -> HighPowers {
         let rows = &self.course.rows;
         match place {
             0 => rows.map(|[p, q, ..]| p - q),
@@ -67,14 +67,14 @@ impl<'a> Curves<'a> {
             Displacement::Tie(_) => (0, direction.reverse(), -level),
             _ => (0, direction, level),
         };
-        let rounding = ORDER as f64 * f64::EPSILON * self.bounds.sizes[place];
+        let rounding = HIGH as f64 * f64::EPSILON * self.bounds.sizes[place];
         let resolution = self.resolutions[order].max(rounding / ROUNDED);
         let sign = way.sign();
         let most = if sign > 0.0 { self.bounds.most[place] } else { -self.bounds.least[place] };
         if most - sign * level < CROSSED * resolution {
             return None;
         }
-        let b = self.bernstein[place].get_or_init(|| of_series(&self.powers(place)));
+        let b = self.bernstein[place].get_or_init(|| of_motion(&self.powers(place)));
         let rising = Rising { curves: self, place, sign, level: sign * level, resolution };
         let root = rising.crossing(b, self.course.rounding[order])?;
         (root <= self.end).then_some(root * self.course.length)
@@ -106,7 +106,7 @@ impl Rising<'_> {
             self.level += start;
         }
         let crossed = self.level + CROSSED * resolution;
-        let signs: [f64; ORDER + 1] = from_fn(|i| sign * b[i]);
+        let signs: [f64; HIGH + 1] = from_fn(|i| sign * b[i]);
         let beyond = signs.iter().position(|b| *b >= crossed)?;
         let (below, above) = signs.split_at(beyond);
         let mut q = self.curves.powers(self.place).map(|c| sign * c);
@@ -119,7 +119,7 @@ impl Rising<'_> {
             // The guard has one zero. The line through the two coefficients is where the search for it begins.
             q[0] = signs[0] - self.level;
             let part = (self.level - last) / (above[0] - last);
-            let guess = ((beyond - 1) as f64 + part) / ORDER as f64;
+            let guess = ((beyond - 1) as f64 + part) / HIGH as f64;
             return Some(rise_between(&q, [0.0, 1.0], guess));
         }
         q[0] -= crossed;
@@ -130,7 +130,7 @@ impl Rising<'_> {
 }
 
 /// The last zero before `until` of a guard that is above zero there. It is nearby, unless the guard rises very slowly.
-fn last_zero(q: &Powers, until: f64) -> f64 {
+fn last_zero(q: &HighPowers, until: f64) -> f64 {
     let (mut step, mut low) = (LEAST_STEP, until);
     loop {
         let [value, slope] = value_and_slope(q, low);
@@ -154,7 +154,7 @@ mod tests {
 
     /// The first crossing of `lead (t - roots[0]) (t - roots[1]) ...`, as a guard that rises through zero.
     fn crossing(roots: &[f64], lead: f64) -> Option<f64> {
-        let mut powers = [0.0; ORDER + 1];
+        let mut powers = [0.0; HIGH + 1];
         powers[0] = lead;
         for (count, root) in roots.iter().enumerate() {
             for k in (0..=count + 1).rev() {
@@ -170,7 +170,7 @@ mod tests {
             resolutions: [RESOLUTION; 2],
             end: 1.0,
         };
-        let b = of_series(&powers);
+        let b = of_motion(&powers);
         let rising =
             Rising { curves: &curves, place: 1, sign: 1.0, level: 0.0, resolution: RESOLUTION };
         let found = rising.crossing(&b, 0.0);
