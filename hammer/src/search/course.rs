@@ -11,7 +11,7 @@
 use crate::laws::event::{Displacement, Guard};
 use crate::motion::{Bounds, CURVES, Course, Motion};
 use crate::numerics::bernstein::{Terms, first_rise, of_motion, rise_between};
-use crate::numerics::series::{HIGH, HighPowers, value_and_slope};
+use crate::numerics::series::{HIGH, HighPowers, value, value_and_slope};
 use crate::search::tracker::{AMBIGUOUS, CROSSED, NEAR, ROUNDED};
 use std::array::from_fn;
 use std::cell::OnceCell;
@@ -109,24 +109,35 @@ impl Rising<'_> {
         let signs: [f64; HIGH + 1] = from_fn(|i| sign * b[i]);
         let beyond = signs.iter().position(|b| *b >= crossed)?;
         let (below, above) = signs.split_at(beyond);
+        let (above, after) = above.split_at(above.iter().take_while(|b| **b >= crossed).count());
         let mut q = self.curves.powers(self.place).map(|c| sign * c);
         // A guard may start at its level, if it falls at first.
         if let Some(last) = below.last().filter(|last| **last < self.level)
             && below[0] <= self.level
-            && below[1..].iter().all(|b| *b < self.level)
-            && above.iter().all(|b| *b >= crossed)
+            && below[1..].iter().chain(after).all(|b| *b < self.level)
         {
-            // The guard has one zero. The line through the two coefficients is where the search for it begins.
             q[0] = signs[0] - self.level;
-            let part = (self.level - last) / (above[0] - last);
-            let guess = ((beyond - 1) as f64 + part) / HIGH as f64;
-            return Some(rise_between(&q, [0.0, 1.0], guess));
+            // The guard has one zero, or two, with this point between them.
+            let top =
+                if after.is_empty() { 1.0 } else { (beyond + highest(above)) as f64 / HIGH as f64 };
+            if after.is_empty() || value(&q, top) >= CROSSED * resolution {
+                // The line through two coefficients is where the search for it begins.
+                let part = (self.level - last) / (above[0] - last);
+                let guess = ((beyond - 1) as f64 + part) / HIGH as f64;
+                return Some(rise_between(&q, [0.0, top], guess));
+            }
         }
-        q[0] -= crossed;
+        q[0] = signs[0] - crossed;
         let until = first_rise(&q, 0.0)?;
-        q[0] += crossed - self.level;
+        q[0] = signs[0] - self.level;
         Some(last_zero(&q, until))
     }
+}
+
+/// The place of the largest of some numbers.
+fn highest(all: &[f64]) -> usize {
+    let larger = |best: usize, place: usize| if all[place] > all[best] { place } else { best };
+    (1..all.len()).fold(0, larger)
 }
 
 /// The last zero before `until` of a guard that is above zero there. It is nearby, unless the guard rises very slowly.
@@ -148,7 +159,6 @@ fn last_zero(q: &HighPowers, until: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::series::value;
 
     const RESOLUTION: f64 = 1e-9;
 
