@@ -83,19 +83,33 @@ impl Lanes {
     fn add_up_of<S: Simd, const USED: usize>(&mut self, simd: S, k: usize) {
         let count = (HALF * USED).div_ceil(S::F64_LANES);
         let mut sums = [simd.splat_f64s(0.0); WIDE];
-        let mut add = |x: &Wide, y: &Wide| {
-            let (x, y) = (S::as_simd_f64s(x).0, S::as_simd_f64s(y).0);
-            for g in 0..count {
-                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
-            }
-        };
         let (left, right) = (&self.left[1..k], &self.right[ORDER + 1 - k..ORDER]);
-        let ((first, pairs), (other, others)) = (left.as_rchunks::<2>(), right.as_rchunks::<2>());
-        first.iter().zip(other).for_each(|(x, y)| add(x, y));
-        for (x, y) in pairs.iter().zip(others) {
-            (0..2).for_each(|i| add(&x[i], &y[i]));
+        // The two terms that contain the last coefficients come at the end: all others can be added up before those
+        // are known.
+        if let ([first, left @ .., last], [other, right @ .., another]) = (left, right) {
+            let ((x, pairs), (y, others)) = (left.as_rchunks::<2>(), right.as_rchunks::<2>());
+            for (x, y) in x.iter().zip(y) {
+                add(simd, &mut sums[..count], x, y);
+            }
+            for ([x, z], [y, w]) in pairs.iter().zip(others) {
+                add(simd, &mut sums[..count], x, y);
+                add(simd, &mut sums[..count], z, w);
+            }
+            add(simd, &mut sums[..count], first, other);
+            add(simd, &mut sums[..count], last, another);
+        } else if let ([only], [other]) = (left, right) {
+            add(simd, &mut sums[..count], only, other);
         }
         let out = S::as_mut_simd_f64s(&mut self.sums).0;
         out[..count].copy_from_slice(&sums[..count]);
+    }
+}
+
+/// Adds the products of two rows to the sums.
+#[inline(always)]
+fn add<S: Simd>(simd: S, sums: &mut [S::f64s], x: &Wide, y: &Wide) {
+    let factors = S::as_simd_f64s(x).0.iter().zip(S::as_simd_f64s(y).0);
+    for (sum, (x, y)) in sums.iter_mut().zip(factors) {
+        *sum = simd.add_f64s(*sum, simd.mul_f64s(*x, *y));
     }
 }
