@@ -28,19 +28,21 @@ pub(super) struct Lanes {
     sums: Wide,
     /// Halves in use.
     used: usize,
+    /// Coefficients known.
+    known: usize,
 }
 
 impl Default for Lanes {
     fn default() -> Self {
         let rows = [[0.0; WIDE]; ORDER + 1];
-        Self { left: rows, right: rows, sums: [0.0; WIDE], used: 0 }
+        Self { left: rows, right: rows, sums: [0.0; WIDE], used: 0, known: 1 }
     }
 }
 
 impl Lanes {
     /// Frees all halves.
     pub(super) fn clear(&mut self) {
-        self.used = 0;
+        (self.used, self.known) = (0, 1);
     }
 
     /// Takes a half, with these first coefficients.
@@ -64,41 +66,39 @@ impl Lanes {
         &self.sums.as_chunks().0[half]
     }
 
-    /// Finds coefficient `k` of each product, without the terms that contain a first coefficient.
+    /// Finds the next coefficient of each product, without the terms that contain a first coefficient.
     #[inline(always)]
-    pub(super) fn add_up<S: Simd>(&mut self, simd: S, k: usize) {
+    pub(super) fn add_up<S: Simd>(&mut self, simd: S) {
         match self.used {
-            0 | 1 => self.add_up_of::<S, 1>(simd, k),
-            2 => self.add_up_of::<S, 2>(simd, k),
-            3 => self.add_up_of::<S, 3>(simd, k),
-            4 => self.add_up_of::<S, 4>(simd, k),
-            5 => self.add_up_of::<S, 5>(simd, k),
-            6 => self.add_up_of::<S, 6>(simd, k),
-            _ => self.add_up_of::<S, HALVES>(simd, k),
+            0 | 1 => self.add_up_of::<S, 1>(simd),
+            2 => self.add_up_of::<S, 2>(simd),
+            3 => self.add_up_of::<S, 3>(simd),
+            4 => self.add_up_of::<S, 4>(simd),
+            5 => self.add_up_of::<S, 5>(simd),
+            6 => self.add_up_of::<S, 6>(simd),
+            _ => self.add_up_of::<S, HALVES>(simd),
         }
+        self.known += 1;
     }
 
     /// [`Self::add_up`] for a known number of halves, whose sums stay in the processor's registers.
     #[inline(always)]
-    fn add_up_of<S: Simd, const USED: usize>(&mut self, simd: S, k: usize) {
+    fn add_up_of<S: Simd, const USED: usize>(&mut self, simd: S) {
         let count = (HALF * USED).div_ceil(S::F64_LANES);
         let mut sums = [simd.splat_f64s(0.0); WIDE];
-        let (left, right) = (&self.left[1..k], &self.right[ORDER + 1 - k..ORDER]);
-        // The two terms that contain the last coefficients come at the end: all others can be added up before those
-        // are known.
-        if let ([first, left @ .., last], [other, right @ .., another]) = (left, right) {
-            let ((x, pairs), (y, others)) = (left.as_rchunks::<2>(), right.as_rchunks::<2>());
-            for (x, y) in x.iter().zip(y) {
+        if let Some(terms) = self.known.checked_sub(2) {
+            // The two terms that contain the last coefficients come at the end: all others can be added up before
+            // those are known.
+            let (left, right) = (&self.left[2..][..terms], &self.right[ORDER - terms..][..terms]);
+            let ((x, left), (y, right)) = (left.as_rchunks::<2>(), right.as_rchunks::<2>());
+            if let ([x], [y]) = (x, y) {
                 add(simd, &mut sums[..count], x, y);
             }
-            for ([x, z], [y, w]) in pairs.iter().zip(others) {
+            for ([x, z], [y, w]) in left.iter().zip(right) {
                 add(simd, &mut sums[..count], x, y);
                 add(simd, &mut sums[..count], z, w);
             }
-            add(simd, &mut sums[..count], first, other);
-            add(simd, &mut sums[..count], last, another);
-        } else if let ([only], [other]) = (left, right) {
-            add(simd, &mut sums[..count], only, other);
+            add(simd, &mut sums[..count], &self.left[1], &self.right[ORDER - terms - 1]);
         }
         let out = S::as_mut_simd_f64s(&mut self.sums).0;
         out[..count].copy_from_slice(&sums[..count]);

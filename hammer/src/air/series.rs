@@ -273,7 +273,7 @@ impl Series {
         let mut order = 0.0;
         for k in 1..ORDER + 1 {
             order += 1.0;
-            self.lanes.add_up(simd, k);
+            self.lanes.add_up(simd);
             let order = (k, order, OVER[k - 1]);
             let moved = self.go_on(problem, steel, order, &mut last);
             if k < ORDER {

@@ -266,7 +266,7 @@ mod tests {
             stream.begin(&mut lanes, &air[0], false, &mut series[0]);
             for k in 1..=ORDER {
                 let x = if k == 1 { 1.0 } else { 0.0 };
-                lanes.add_up(simd, k);
+                lanes.add_up(simd);
                 let order = (k, k as f64, 1.0 / k as f64);
                 stream.go_on(&mut lanes, order, (&air[k], x), &mut series[k]);
             }
