@@ -18,6 +18,9 @@ const SETTLED: f64 = 1e-15;
 /// Least distance of two changes of sign, over the interval.
 const APART: f64 = 1e-9;
 
+/// Half the powers of a series.
+const HALF: usize = ORDER / 2;
+
 /// Most coefficients of a polynomial.
 pub(crate) const MOST: usize = 24;
 
@@ -28,8 +31,13 @@ vectorised! {
     /// Bernstein's coefficients of a power series up to [`ORDER`].
     pub(crate) fn of_series(q: &'a Powers) -> Terms as OfSeries, _simd {
         let mut b = [0.0; MOST];
-        for (c, shares) in q.iter().zip(&SHARES) {
+        // No power contributes to a coefficient before its own number.
+        let ((low, high), (first, last)) = (q.split_at(HALF), SHARES.split_at(HALF));
+        for (c, shares) in low.iter().zip(first) {
             (0..ORDER + 1).for_each(|i| b[i] += c * shares[i]);
+        }
+        for (c, shares) in high.iter().zip(last) {
+            (HALF..ORDER + 1).for_each(|i| b[i] += c * shares[i]);
         }
         b
     }
@@ -142,11 +150,7 @@ fn halved(q: &[f64], b: &Terms, [start, end]: [f64; 2], halvings: usize) -> Opti
 /// Bisection keeps it within the bracket.
 pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64) -> f64 {
     for pass in 0..PASSES {
-        let (mut value, mut slope) = (0.0, 0.0);
-        for c in q.iter().rev() {
-            slope = slope * x + value;
-            value = value * x + c;
-        }
+        let [value, slope] = value_and_slope(q, x);
         if value < 0.0 {
             low = x;
         } else {
@@ -160,6 +164,21 @@ pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64)
         x = next;
     }
     x
+}
+
+/// Value and slope of a polynomial. Its even and its odd powers are summed apart, so that neither sum waits for the other.
+#[inline]
+fn value_and_slope(q: &[f64], x: f64) -> [f64; 2] {
+    let (square, (pairs, last)) = (x * x, q.as_chunks::<2>());
+    let mut values = [last.first().copied().unwrap_or(0.0), 0.0];
+    let mut slopes = [0.0; 2];
+    for pair in pairs.iter().rev() {
+        for i in 0..2 {
+            slopes[i] = slopes[i] * square + values[i];
+            values[i] = values[i] * square + pair[i];
+        }
+    }
+    [values[0] + x * values[1], 2.0 * x * (slopes[0] + x * slopes[1]) + values[1]]
 }
 
 #[cfg(test)]
