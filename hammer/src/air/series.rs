@@ -10,7 +10,7 @@
 //! operations on the chambers and on the flows ([`Stream`]) share rows ([`Lanes`]), so that their sums are computed
 //! together.
 
-use super::fit::{Fit, MASS, PLACE, PRESSURE};
+use super::fit::{Fit, MASS, PLACE};
 use super::lanes::Lanes;
 use super::steel::{Bodies, Expansion, Modes, Steel};
 use super::stream::{self, Gains, Order, Stream};
@@ -243,11 +243,11 @@ impl Problem<'_> {
     #[inline(always)]
     fn forces<E: Expansion>(&self, [push, back]: [f64; 2], steel: &E, k: usize) -> [f64; 2] {
         let drag = self.parameters.air.drag;
-        if drag == 0.0 {
-            return [push - back, back];
-        }
         if E::WHOLE {
             return [push - back - drag * steel.speed(), back];
+        }
+        if drag == 0.0 {
+            return [push - back, back];
         }
         let Left { speeds: [own, other], others, .. } = &self.left;
         let speed = steel.speed() - other * back - if k < LOW { others[k] } else { 0.0 };
@@ -264,13 +264,7 @@ impl Problem<'_> {
 impl Series {
     /// Finds all coefficients.
     #[inline(always)]
-    fn run<S: Simd, E: Expansion>(
-        &mut self,
-        simd: S,
-        air: &Air,
-        problem: &Problem,
-        steel: &mut E,
-    ) {
+    fn run<S: Simd, E: Expansion>(&mut self, simd: S, air: &Air, problem: &Problem, steel: &mut E) {
         let mut last = self.begin(air, problem, steel);
         let mut order = 0.0;
         for k in 1..ORDER + 1 {
@@ -314,7 +308,8 @@ impl Series {
         if self.is_leaving {
             self.lanes.begin([1.0; 4], [0.0; 4]);
         }
-        let start = [both(problem.outside.map(|poly| poly.0[0]), pressures), both([warm; 2], heats)];
+        let start =
+            [both(problem.outside.map(|poly| poly.0[0]), pressures), both([warm; 2], heats)];
         self.is_still = problem.outside.iter().all(|poly| poly.is_constant());
         self.sides = Default::default();
         let mut gains = Gains::default();
@@ -351,7 +346,7 @@ impl Series {
             over * last.warmed[i] - (swelling * swollen[i] + (inner[i] + KAPPA * volumes[i]))
         });
         let mut forces = self.pushed(problem, steel, pressures, k);
-        if self.is_soft {
+        if !E::WHOLE && self.is_soft {
             // The displacement by the forces changes the forces in turn. One correction is enough, because the next one
             // is of higher order.
             for (i, given) in problem.given(forces).into_iter().enumerate() {
@@ -367,8 +362,7 @@ impl Series {
         self.rows[k] = row(forces, real, gained, places);
         self.bodies[k] = steel.bodies();
         self.sums[k] = [over * last.fed, over * (HEAT / KAPPA) * warmed];
-        let worked: [f64; 2] =
-            from_fn(|i| chambers.energy[i] * (swollen[i] + order * volumes[i]));
+        let worked: [f64; 2] = from_fn(|i| chambers.energy[i] * (swollen[i] + order * volumes[i]));
         self.works[k] = over * (worked[0] + worked[1]);
         let [v, w] = volumes;
         self.lanes.put(k, SWELLING, [v, w, order * v, order * w], twice(pressures));
@@ -405,9 +399,7 @@ impl Series {
             let [p, q, ..] = *self.lanes.sums(SWELLING);
             let [m, n, v, w] = *self.lanes.sums(WARMTH);
             let (products, weighed, left) = ([p, q], [m, n], [v, w]);
-            heats = from_fn(|i| {
-                volumes[i] + pressures[i] + products[i] - (weighed[i] + masses[i])
-            });
+            heats = from_fn(|i| volumes[i] + pressures[i] + products[i] - (weighed[i] + masses[i]));
             gains.carried = from_fn(|i| left[i] + heats[i] * chambers.outflow[i]);
         }
         let mut outside = [0.0; 2];
@@ -480,6 +472,12 @@ impl Chambers {
     }
 }
 
+/// The larger of two numbers. (The library's function also looks for NaN.)
+#[inline(always)]
+fn larger(one: f64, other: f64) -> f64 {
+    if one > other { one } else { other }
+}
+
 #[inline(always)]
 fn both([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 4] {
     [a, b, c, d]
@@ -502,26 +500,24 @@ impl Series {
         let AirLaw { error, port_height, .. } = problem.parameters.air;
         let first = &self.rows[0];
         // Of the pressures and masses, and of the piston's position.
-        let mut weights = [0.0; PLACE + 1 - PRESSURE];
-        let (contents, place) = weights.split_at_mut(PLACE - PRESSURE);
-        let starts = contents.iter_mut().zip(&first[PRESSURE..]);
-        starts.for_each(|(weight, start)| *weight = 1.0 / (start * error));
+        let mut weights: Row = from_fn(|i| 1.0 / (first[i] * error));
+        (weights[0], weights[1], weights[PLACE], weights[PLACE + 1]) = (0.0, 0.0, 0.0, 0.0);
         if air.openings.as_flattened().contains(&Opening::Partial) {
-            place[0] = 1.0 / (port_height * instant(error));
+            weights[PLACE] = 1.0 / (port_height * instant(error));
         }
         let mut length = problem.left.longest;
-        for (k, row) in self.rows.iter().enumerate().skip(ORDER - 1) {
-            // The largest ratio of a term to its allowed error if the length is 1 s; infinite for NaN.
-            let part = row[PRESSURE..].iter().zip(&weights).map(|(c, weight)| (c * weight).abs());
-            let most = part.fold(0.0, |most: f64, part| if part <= most { most } else { part });
-            if most.is_nan() {
+        for k in [ORDER - 1, ORDER] {
+            // The largest ratio of a term to its allowed error if the length is 1 s.
+            let parts: Row = from_fn(|i| (self.rows[k][i] * weights[i]).abs());
+            if parts.iter().sum::<f64>().is_nan() {
                 return 0.0;
             }
+            let mut most = parts.into_iter().fold(0.0, larger);
             // What the volumes do not feel at once, they feel later.
-            let most = problem.steel.pair.map_or(most, |pair| {
-                let [p, q] = self.bodies[k];
-                most.max(p.abs().max(q.abs()) / (pair.unit * error))
-            });
+            if let Some(pair) = &problem.steel.pair {
+                let [p, q] = self.bodies[k].map(f64::abs);
+                most = larger(most, larger(p, q) / (pair.unit * error));
+            }
             if most * math::powi(length, k) > 1.0 {
                 length = 1.0 / math::rough_root(most, k as u64);
             }
