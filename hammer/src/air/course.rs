@@ -8,7 +8,7 @@
 use super::steel::Pair;
 use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::poly::{OVER, Poly};
-use crate::numerics::series::{HIGH, HighPowers, LOW, ORDER};
+use crate::numerics::series::{self, HIGH, HighPowers, LOW, ORDER};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
@@ -31,24 +31,28 @@ pub struct Course {
 vectorised! {
     /// Adopts the series of a window: the displacements `u`, and the air's forces in the first two lanes of `rows`.
     pub(super) fn adopt(course: &'a mut Course, pair: &'a Pair, u: &'a [[f64; 2]; HIGH + 1], rows: &'a [Row; ORDER + 1], length: f64) -> () as Adopt, _simd {
-        let mut power = 1.0;
-        for (k, row) in course.rows.iter_mut().enumerate() {
-            let known = rows.get(k).map(|row| [row[0], row[1]]);
-            let [f, b] = known.unwrap_or_else(|| if k + 2 <= HIGH { [0.0; 2] } else { pair.forces(u, k) });
-            *row = [u[k][0], u[k][1], f, b].map(|c| power * c);
-            power *= length;
+        let powers: HighPowers = series::powers(length);
+        for ((row, [p, q]), power) in course.rows.iter_mut().zip(u).zip(powers) {
+            *row = [power * p, power * q, 0.0, 0.0];
+        }
+        for ((row, [f, b, ..]), power) in course.rows.iter_mut().zip(rows).zip(powers) {
+            [row[2], row[3]] = [power * f, power * b];
+        }
+        for k in HIGH - 1..=HIGH {
+            let [f, b] = pair.forces(u, k);
+            [course.rows[k][2], course.rows[k][3]] = [powers[k] * f, powers[k] * b];
         }
         course.length = length;
     }
 }
 
 vectorised! {
-    /// At a time over the window's length: displacements of piston and bit and the sum of their terms' sizes, then the
-    /// rates of all three.
+    /// At a time over the window's length: displacements of piston and bit and the sums of their terms' sizes, then the
+    /// rates of all four.
     fn ends(rows: &'a [[f64; 4]; HIGH + 1], tau: f64) -> [[f64; 4]; 2] as Ends, _simd {
         let (mut values, mut rates) = ([0.0; 4], [0.0; 4]);
         for [p, q, ..] in rows.iter().rev() {
-            let row = [*p, *q, p.abs() + q.abs(), 0.0];
+            let row = [*p, *q, p.abs(), q.abs()];
             for i in 0..4 {
                 rates[i] = rates[i] * tau + values[i];
                 values[i] = values[i] * tau + row[i];
@@ -73,19 +77,23 @@ pub(crate) const CURVES: usize = 4;
 vectorised! {
     /// The bounds over the whole window.
     fn bounds(course: &'a Course) -> Bounds as Bound, _simd {
-        let (mut order, over) = (0.0, 1.0 / course.length);
-        let mut all = Bounds::default();
-        let (mut last, rows) = (course.rows[0], &course.rows[1..]);
-        for next in rows.iter().chain([&[0.0; 4]]) {
-            order += 1.0;
-            let row = [last[0] - last[1], last[1], order * over * next[1], 0.0];
-            let is_first = order == 1.0;
-            for (i, term) in row.into_iter().enumerate() {
-                all.most[i] += if is_first || term > 0.0 { term } else { 0.0 };
-                all.least[i] += if is_first || term < 0.0 { term } else { 0.0 };
+        let over = 1.0 / course.length;
+        let ([[p, q, ..], second, ..], mut factors) = (course.rows, [1.0, 1.0, over, 0.0]);
+        // A velocity begins with the second power.
+        let start = [p - q, q, over * second[1], 0.0];
+        let mut all = Bounds { most: start, least: start, sizes: start.map(f64::abs) };
+        let mut add = |terms: [f64; CURVES]| {
+            for (i, term) in terms.into_iter().enumerate() {
+                all.most[i] += if term > 0.0 { term } else { 0.0 };
+                all.least[i] += if term < 0.0 { term } else { 0.0 };
                 all.sizes[i] += term.abs();
             }
-            last = *next;
+        };
+        add([second[0] - second[1], second[1], 0.0, 0.0]);
+        for [p, q, ..] in &course.rows[2..] {
+            factors[2] += over;
+            let terms = [p - q, *q, *q, 0.0];
+            add(from_fn(|i| factors[i] * terms[i]));
         }
         all
     }
@@ -173,10 +181,10 @@ impl Course {
 
     /// The bodies at `t` after the epoch, before the next window begins.
     pub(crate) fn shifted(&self, t: f64) -> Self {
-        let ([[p, q, size, _], [v, w, rate, _]], over) =
+        let ([[p, q, a, b], [v, w, c, d]], over) =
             (ends(&self.rows, t / self.length), 1.0 / self.length);
         let unit = HIGH as f64 * f64::EPSILON;
-        let rounding = [unit * size, unit * rate * over];
+        let rounding = [unit * (a + b), unit * (c + d) * over];
         Self { rounding, ..Self::from([p, q], [v * over, w * over]) }
     }
 

@@ -3,7 +3,7 @@
 use super::Window;
 use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::poly::OVER;
-use crate::numerics::series::{LOW, ORDER, Powers, projections};
+use crate::numerics::series::{LOW, ORDER, Powers, powers, projections};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
@@ -16,6 +16,8 @@ pub(super) const PLACE: usize = 6;
 /// Series in time, scaled to a window's length, and projections of its forces and pressures.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Fit {
+    /// The powers of the length.
+    powers: Powers,
     pub(super) rows: [Row; ORDER + 1],
     pub(super) parts: [[f64; 4]; LOW],
     /// Upper and lower bounds of the first four series over the window.
@@ -31,9 +33,9 @@ vectorised! {
     pub(super) fn scale(rows: &'a [Row; ORDER + 1], length: f64, small: Option<[f64; 4]>, fit: &'a mut Fit) -> () as Scale, _simd {
         let [mut whole, mut most, mut least]: [[f64; 4]; 3] = [from_fn(|i| rows[0][i]); 3];
         fit.rows[0] = rows[0];
-        let mut power = 1.0;
-        for (row, scaled) in rows[1..].iter().zip(&mut fit.rows[1..]) {
-            power *= length;
+        fit.powers = powers(length);
+        let scaled = fit.rows[1..].iter_mut().zip(&fit.powers[1..]);
+        for (row, (scaled, power)) in rows[1..].iter().zip(scaled) {
             let terms: Row = from_fn(|i| row[i] * power);
             *scaled = terms;
             for i in 0..4 {
@@ -71,11 +73,7 @@ vectorised! {
             // The work itself is a series.
             Some(works) => {
                 window.push = [[0.0; LOW]; 2];
-                let mut power = -1.0;
-                for (moment, work) in window.moment.iter_mut().zip(works) {
-                    *moment = power * work;
-                    power *= window.length;
-                }
+                window.moment = from_fn(|k| -fit.powers[k] * works[k]);
             }
             None => {
                 for (k, part) in fit.parts.iter().enumerate() {
@@ -84,14 +82,11 @@ vectorised! {
                 add_up_moment(window, &fit.rows, apart);
             }
         }
-        let (mut power, mut added) = (1.0, dead);
-        let scaled = fit.rows.iter().zip(sums);
-        for (row, (&[_, _, p, q, m, n, x, y], sums)) in window.rows.iter_mut().zip(scaled) {
-            let [v, w] = [added[0] + areas[0] * x, added[1] + areas[1] * y];
-            *row = [p, q, m, n, v, w, sums[0] * power, sums[1] * power];
-            power *= window.length;
-            added = [0.0; 2];
+        let scaled = fit.rows.iter().zip(sums).zip(fit.powers);
+        for (row, ((&[_, _, p, q, m, n, x, y], sums), power)) in window.rows.iter_mut().zip(scaled) {
+            *row = [p, q, m, n, areas[0] * x, areas[1] * y, sums[0] * power, sums[1] * power];
         }
+        (0..2).for_each(|i| window.rows[0][4 + i] += dead[i]);
     }
 }
 

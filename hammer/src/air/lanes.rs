@@ -28,19 +28,21 @@ pub(super) struct Lanes {
     sums: Wide,
     /// Halves in use.
     used: usize,
+    /// Coefficients known.
+    known: usize,
 }
 
 impl Default for Lanes {
     fn default() -> Self {
         let rows = [[0.0; WIDE]; ORDER + 1];
-        Self { left: rows, right: rows, sums: [0.0; WIDE], used: 0 }
+        Self { left: rows, right: rows, sums: [0.0; WIDE], used: 0, known: 1 }
     }
 }
 
 impl Lanes {
     /// Frees all halves.
     pub(super) fn clear(&mut self) {
-        self.used = 0;
+        (self.used, self.known) = (0, 1);
     }
 
     /// Takes a half, with these first coefficients.
@@ -64,38 +66,50 @@ impl Lanes {
         &self.sums.as_chunks().0[half]
     }
 
-    /// Finds coefficient `k` of each product, without the terms that contain a first coefficient.
+    /// Finds the next coefficient of each product, without the terms that contain a first coefficient.
     #[inline(always)]
-    pub(super) fn add_up<S: Simd>(&mut self, simd: S, k: usize) {
+    pub(super) fn add_up<S: Simd>(&mut self, simd: S) {
         match self.used {
-            0 | 1 => self.add_up_of::<S, 1>(simd, k),
-            2 => self.add_up_of::<S, 2>(simd, k),
-            3 => self.add_up_of::<S, 3>(simd, k),
-            4 => self.add_up_of::<S, 4>(simd, k),
-            5 => self.add_up_of::<S, 5>(simd, k),
-            6 => self.add_up_of::<S, 6>(simd, k),
-            _ => self.add_up_of::<S, HALVES>(simd, k),
+            0 | 1 => self.add_up_of::<S, 1>(simd),
+            2 => self.add_up_of::<S, 2>(simd),
+            3 => self.add_up_of::<S, 3>(simd),
+            4 => self.add_up_of::<S, 4>(simd),
+            5 => self.add_up_of::<S, 5>(simd),
+            6 => self.add_up_of::<S, 6>(simd),
+            _ => self.add_up_of::<S, HALVES>(simd),
         }
+        self.known += 1;
     }
 
     /// [`Self::add_up`] for a known number of halves, whose sums stay in the processor's registers.
     #[inline(always)]
-    fn add_up_of<S: Simd, const USED: usize>(&mut self, simd: S, k: usize) {
+    fn add_up_of<S: Simd, const USED: usize>(&mut self, simd: S) {
         let count = (HALF * USED).div_ceil(S::F64_LANES);
         let mut sums = [simd.splat_f64s(0.0); WIDE];
-        let mut add = |x: &Wide, y: &Wide| {
-            let (x, y) = (S::as_simd_f64s(x).0, S::as_simd_f64s(y).0);
-            for g in 0..count {
-                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
+        if let Some(terms) = self.known.checked_sub(2) {
+            // The two terms that contain the last coefficients come at the end: all others can be added up before
+            // those are known.
+            let (left, right) = (&self.left[2..][..terms], &self.right[ORDER - terms..][..terms]);
+            let ((x, left), (y, right)) = (left.as_rchunks::<2>(), right.as_rchunks::<2>());
+            if let ([x], [y]) = (x, y) {
+                add(simd, &mut sums[..count], x, y);
             }
-        };
-        let (left, right) = (&self.left[1..k], &self.right[ORDER + 1 - k..ORDER]);
-        let ((first, pairs), (other, others)) = (left.as_rchunks::<2>(), right.as_rchunks::<2>());
-        first.iter().zip(other).for_each(|(x, y)| add(x, y));
-        for (x, y) in pairs.iter().zip(others) {
-            (0..2).for_each(|i| add(&x[i], &y[i]));
+            for ([x, z], [y, w]) in left.iter().zip(right) {
+                add(simd, &mut sums[..count], x, y);
+                add(simd, &mut sums[..count], z, w);
+            }
+            add(simd, &mut sums[..count], &self.left[1], &self.right[ORDER - terms - 1]);
         }
         let out = S::as_mut_simd_f64s(&mut self.sums).0;
         out[..count].copy_from_slice(&sums[..count]);
+    }
+}
+
+/// Adds the products of two rows to the sums.
+#[inline(always)]
+fn add<S: Simd>(simd: S, sums: &mut [S::f64s], x: &Wide, y: &Wide) {
+    let factors = S::as_simd_f64s(x).0.iter().zip(S::as_simd_f64s(y).0);
+    for (sum, (x, y)) in sums.iter_mut().zip(factors) {
+        *sum = simd.add_f64s(*sum, simd.mul_f64s(*x, *y));
     }
 }

@@ -10,9 +10,9 @@
 //! operations on the chambers and on the flows ([`Stream`]) share rows ([`Lanes`]), so that their sums are computed
 //! together.
 
-use super::fit::{Fit, MASS, PLACE, PRESSURE};
+use super::fit::{Fit, MASS, PLACE};
 use super::lanes::Lanes;
-use super::steel::{Expansion, Steel};
+use super::steel::{Bodies, Expansion, Modes, Steel};
 use super::stream::{self, Gains, Order, Stream};
 use super::{Air, ENDS, PATHS, Places};
 use crate::laws::air::{GAS, KAPPA, Opening, Regime, Side};
@@ -35,7 +35,8 @@ const BEYOND: f64 = 2.0;
 /// Heat capacity of air at constant pressure, over its gas constant.
 const HEAT: f64 = KAPPA / (KAPPA - 1.0);
 /// The chambers' halves of [`Lanes`]: products of the volumes and of their rates with the pressures; and, if air leaves
-/// a chamber, of `R T` with the masses and with the total outflows.
+/// a chamber, of `R T` with the masses and with the total outflows. All factors but the outflows are divided by their
+/// first coefficients.
 const SWELLING: usize = 0;
 const WARMTH: usize = 1;
 
@@ -72,28 +73,56 @@ pub(crate) struct Problem<'a> {
     pub outside: [&'a Poly; 2],
 }
 
-/// First coefficients, of both chambers.
+/// First coefficients of both chambers, and what they scale. All later coefficients of pressure, volume, mass and `R T`
+/// are divided by the first one, which is then 1 and needs no multiplication.
 #[derive(Clone, Copy, Debug, Default)]
 struct Chambers {
     pressure: [f64; 2],
-    /// `R T`.
-    heat: [f64; 2],
     volume: [f64; 2],
     /// The sum of the flows out of the chamber.
     outflow: [f64; 2],
-    /// Reciprocals of volume and mass.
-    over_volume: [f64; 2],
     over_mass: [f64; 2],
-    /// Volume per metre of the piston's position, m2, and the pressure lost per metre, `kappa p / V` times that, Pa/m.
-    swept: [f64; 2],
-    stiffness: [f64; 2],
+    /// `R T`, and the pressure times the volume.
+    heat: [f64; 2],
+    energy: [f64; 2],
+    /// Relative volume per metre of the piston's position, 1/m.
+    grows: [f64; 2],
+    /// Relative rates of the pressure per flow into the chamber and out of it, at the temperatures outside and inside,
+    /// 1/kg.
+    filled: [f64; 2],
+    emptied: [f64; 2],
+    /// The forces on drive area and return area, N, and these areas, m2.
+    thrust: [f64; 2],
+    areas: [f64; 2],
+}
+
+/// What one coefficient of the series leaves to the next.
+#[derive(Clone, Copy)]
+struct Last {
+    forces: [f64; 2],
+    /// What the masses of both chambers gain, kg/s.
+    flows: [f64; 2],
+    /// Relative rates of the pressures by what flows, 1/s.
+    warmed: [f64; 2],
+    /// The flow from the supply, kg/s.
+    fed: f64,
+}
+
+/// The last coefficients of both chambers.
+#[derive(Clone, Copy)]
+struct Moved {
+    /// The piston's position `x`.
+    place: f64,
+    volumes: [f64; 2],
+    pressures: [f64; 2],
+    masses: [f64; 2],
 }
 
 /// The power series of a window.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
-    /// The expanded coordinates.
-    steel: Expansion,
+    /// The expanded coordinates of modes.
+    modes: Modes,
     chambers: Chambers,
     /// Products of both chambers, then of each flow.
     lanes: Lanes,
@@ -106,6 +135,8 @@ pub(crate) struct Series {
     pub(super) is_still: bool,
     /// True if the forces displace the piston at once.
     is_soft: bool,
+    /// True if no coordinate of the steel is left out, as in rigid bodies.
+    pub(super) is_whole: bool,
     /// `F_A`, the return chamber's force on the bit, pressures and masses of the chambers, the piston's positions.
     pub(super) rows: [Row; ORDER + 1],
     /// Series of the work of both chambers, `int p V'`.
@@ -185,17 +216,18 @@ pub(super) fn pushes(
 vectorised! {
     /// Expands the window that begins at the epoch.
     pub(super) fn expand(series: &'a mut Series, air: &'a Air, problem: &'a Problem<'a>) -> () as Expand, simd {
-        let mut gains = series.begin(air, problem);
-        for k in 1..ORDER + 1 {
-            series.lanes.add_up(simd, k);
-            let order = (k, k as f64, OVER[k - 1]);
-            let places = series.go_on(problem, order, &gains);
-            if k < ORDER {
-                gains = series.flow_on(problem, order, places);
+        match &problem.steel.pair {
+            Some(pair) => {
+                let mut bodies = Bodies::begin(pair);
+                series.run(simd, air, problem, &mut bodies);
+                series.go_further(&mut bodies);
             }
-        }
-        if problem.steel.pair.is_some() {
-            series.go_further();
+            None => {
+                let mut modes = std::mem::take(&mut series.modes);
+                modes.begin(&problem.steel.blocks);
+                series.run(simd, air, problem, &mut modes);
+                series.modes = modes;
+            }
         }
     }
 }
@@ -204,19 +236,20 @@ impl Problem<'_> {
     /// Coefficient `k` of the piston's positions, without the immediate effect of the forces' own coefficient `k`, where
     /// the expanded coordinates contribute `moved`.
     #[inline(always)]
-    fn unforced(&self, moved: Places, k: usize) -> Places {
+    fn unforced<E: Expansion>(&self, moved: Places, k: usize) -> Places {
         let still = &self.left.still;
-        let [x, y] = from_fn(|i| if k < LOW { still[i][k] + moved[i] } else { moved[i] });
+        let is_moved = !E::WHOLE && k < LOW;
+        let [x, y] = from_fn(|i| if is_moved { still[i][k] + moved[i] } else { moved[i] });
         [x, if self.apart { y } else { x }]
     }
 
-    /// Coefficient `k` of `F_A` and of the force on the bit.
+    /// Coefficient `k` of `F_A` and of the force on the bit, where drive and return area are pushed with these forces.
     #[inline(always)]
-    fn forces(&self, pressures: [f64; 2], steel: &Expansion, k: usize) -> [f64; 2] {
-        let (drive, drag) = (&self.parameters.drive, self.parameters.air.drag);
-        let exhaust = self.outside[1].0[k];
-        let push = (pressures[0] - exhaust) * drive.area_drive;
-        let back = (pressures[1] - exhaust) * drive.area_return;
+    fn forces<E: Expansion>(&self, [push, back]: [f64; 2], steel: &E, k: usize) -> [f64; 2] {
+        let drag = self.parameters.air.drag;
+        if E::WHOLE {
+            return [push - back - drag * steel.speed(), back];
+        }
         if drag == 0.0 {
             return [push - back, back];
         }
@@ -233,128 +266,169 @@ impl Problem<'_> {
 }
 
 impl Series {
-    /// Sets the first coefficients. Returns those of the gains.
-    fn begin(&mut self, air: &Air, problem: &Problem) -> Gains {
-        self.steel.begin(problem.steel);
+    /// Finds all coefficients.
+    #[inline(always)]
+    fn run<S: Simd, E: Expansion>(&mut self, simd: S, air: &Air, problem: &Problem, steel: &mut E) {
+        let mut last = self.begin(air, problem, steel);
+        let mut order = 0.0;
+        for k in 1..ORDER + 1 {
+            order += 1.0;
+            self.lanes.add_up(simd);
+            let order = (k, order, OVER[k - 1]);
+            let moved = self.go_on(problem, steel, order, &mut last);
+            if k < ORDER {
+                self.flow_on(problem, order, &moved, &mut last);
+            }
+        }
+    }
+
+    /// Sets the first coefficients.
+    fn begin<E: Expansion>(&mut self, air: &Air, problem: &Problem, steel: &E) -> Last {
+        let drive = &problem.parameters.drive;
+        let (areas, exhaust) = ([drive.area_drive, drive.area_return], problem.outside[1].0[0]);
         let at = |places: Places| {
             let volumes = super::volumes(problem.parameters, places);
-            (volumes, super::pressures(&air.content, volumes))
+            let pressures = super::pressures(&air.content, volumes);
+            let pushed = from_fn(|i| (pressures[i] - exhaust) * areas[i]);
+            (volumes, pressures, problem.forces(pushed, steel, 0))
         };
-        let mut places = problem.unforced(self.steel.places(), 0);
-        let (mut volumes, mut pressures) = at(places);
-        let mut forces = problem.forces(pressures, &self.steel, 0);
-        self.is_soft = problem.left.is_soft();
+        let mut places = problem.unforced::<E>(steel.places(), 0);
+        let (mut volumes, mut pressures, mut forces) = at(places);
+        self.is_whole = E::WHOLE;
+        self.is_soft = !E::WHOLE && problem.left.is_soft();
         if self.is_soft {
             let given = problem.given(forces);
             places = [places[0] + given[0], places[1] + given[1]];
-            (volumes, pressures) = at(places);
-            forces = problem.forces(pressures, &self.steel, 0);
+            (volumes, pressures, forces) = at(places);
         }
         let masses = [air.content[0], air.content[2]];
-        self.chambers = Chambers::new(problem.parameters, (masses, volumes, pressures));
+        let warm = GAS * problem.parameters.air.temperature;
+        self.chambers = Chambers::new(areas, warm, (masses, volumes, pressures));
         let heats = self.chambers.heat;
         self.open(air, problem, places[0]);
         self.lanes.clear();
-        self.lanes.begin([volumes[0], volumes[1], 0.0, 0.0], twice(pressures));
+        self.lanes.begin([1.0, 1.0, 0.0, 0.0], [1.0; 4]);
         self.is_leaving = self.streams.iter().any(Stream::leaves_chamber);
         if self.is_leaving {
-            self.lanes.begin(twice(heats), [0.0; 4]);
+            self.lanes.begin([1.0; 4], [0.0; 4]);
         }
-        let outside = problem.outside.map(|poly| poly.0[0]);
-        let warm = [GAS * problem.parameters.air.temperature; 2];
-        self.sides = [both(outside, pressures), both(warm, heats)];
+        let start =
+            [both(problem.outside.map(|poly| poly.0[0]), pressures), both([warm; 2], heats)];
         self.is_still = problem.outside.iter().all(|poly| poly.is_constant());
+        self.sides = Default::default();
         let mut gains = Gains::default();
         for stream in &mut self.streams {
-            stream.begin(&mut self.lanes, &self.sides, self.is_still, &mut gains);
+            stream.begin(&mut self.lanes, &start, self.is_still, &mut gains);
         }
         let [_, _, outflows @ ..] = gains.flows;
         self.chambers.outflow = outflows;
         if self.is_leaving {
-            self.lanes.put(0, WARMTH, twice(heats), both(masses, outflows));
+            self.lanes.put(0, WARMTH, [1.0; 4], both([1.0; 2], outflows));
         }
-        (0..2).for_each(|i| gains.heats[i] -= heats[i] * outflows[i]);
         self.rows[0] = row(forces, pressures, masses, places);
-        self.bodies[0] = self.steel.bodies();
+        self.bodies[0] = steel.bodies();
         self.sums[0] = [0.0; 2];
-        gains
+        self.chambers.gained(&gains, forces)
     }
 
-    /// Sets coefficient `k` from what the chambers gained by coefficient `k - 1`. Returns that of the positions.
+    /// Sets coefficient `k` from what coefficient `k - 1` left. Replaces the forces by their coefficient `k`.
     #[inline(always)]
-    fn go_on(&mut self, problem: &Problem, (k, order, over): Order, gained: &Gains) -> Places {
-        let before = [self.rows[k - 1][0], self.rows[k - 1][1]];
-        let moved = self.steel.go_on(before, (k - 1, over));
+    fn go_on<E: Expansion>(
+        &mut self,
+        problem: &Problem,
+        steel: &mut E,
+        (k, order, over): Order,
+        last: &mut Last,
+    ) -> Moved {
+        let moved = steel.go_on(last.forces, (k - 1, over));
         let (chambers, [p, q, v, w]) = (&self.chambers, *self.lanes.sums(SWELLING));
         let (inner, swollen) = ([p, q], [v, w]);
-        let mut places = problem.unforced(moved, k);
-        let mut pressures = from_fn(|i| {
-            let warmed = KAPPA * gained.heats[i] - (KAPPA - 1.0) * swollen[i];
-            let grown = chambers.stiffness[i] * places[i];
-            chambers.over_volume[i] * (over * warmed - inner[i]) - grown
+        let mut places = problem.unforced::<E>(moved, k);
+        let swelling = over * (KAPPA - 1.0);
+        let mut volumes: [f64; 2] = from_fn(|i| chambers.grows[i] * places[i]);
+        let mut pressures: [f64; 2] = from_fn(|i| {
+            over * last.warmed[i] - (swelling * swollen[i] + (inner[i] + KAPPA * volumes[i]))
         });
-        let mut forces = problem.forces(pressures, &self.steel, k);
-        if self.is_soft {
+        let mut forces = self.pushed(problem, steel, pressures, k);
+        if !E::WHOLE && self.is_soft {
             // The displacement by the forces changes the forces in turn. One correction is enough, because the next one
             // is of higher order.
             for (i, given) in problem.given(forces).into_iter().enumerate() {
                 places[i] += given;
-                pressures[i] -= chambers.stiffness[i] * given;
+                volumes[i] += chambers.grows[i] * given;
+                pressures[i] -= KAPPA * (chambers.grows[i] * given);
             }
-            forces = problem.forces(pressures, &self.steel, k);
+            forces = self.pushed(problem, steel, pressures, k);
         }
-        let masses = [over * gained.flows[0], over * gained.flows[1]];
-        self.rows[k] = row(forces, pressures, masses, places);
-        self.bodies[k] = self.steel.bodies();
-        let heat = gained.heats[0] + gained.heats[1];
-        self.sums[k] = [over * gained.heats[2], over * HEAT * heat];
-        let [v, w]: [f64; 2] = from_fn(|i| chambers.swept[i] * places[i]);
-        let squeezed = v * chambers.pressure[0] + w * chambers.pressure[1];
-        self.works[k] = over * (swollen[0] + swollen[1] + order * squeezed);
+        let gained = last.flows.map(|flow| over * flow);
+        let warmed = last.warmed[0] * chambers.energy[0] + last.warmed[1] * chambers.energy[1];
+        let real = from_fn(|i| chambers.pressure[i] * pressures[i]);
+        self.rows[k] = row(forces, real, gained, places);
+        self.bodies[k] = steel.bodies();
+        self.sums[k] = [over * last.fed, over * (HEAT / KAPPA) * warmed];
+        let worked: [f64; 2] = from_fn(|i| chambers.energy[i] * (swollen[i] + order * volumes[i]));
+        self.works[k] = over * (worked[0] + worked[1]);
+        let [v, w] = volumes;
         self.lanes.put(k, SWELLING, [v, w, order * v, order * w], twice(pressures));
-        places
+        last.forces = forces;
+        let masses = from_fn(|i| chambers.over_mass[i] * gained[i]);
+        Moved { place: places[0], volumes, pressures, masses }
     }
 
     /// Adds the highest powers of the motion of rigid bodies, to which the air contributes as far as its series goes.
     #[inline(always)]
-    fn go_further(&mut self) {
+    fn go_further(&mut self, bodies: &mut Bodies) {
         for k in ORDER + 1..=HIGH {
             let forces = self.rows.get(k - 1).map_or([0.0; 2], |row| [row[0], row[1]]);
-            self.steel.go_on(forces, (k - 1, OVER[k - 1]));
-            self.bodies[k] = self.steel.bodies();
+            bodies.go_on(forces, (k - 1, OVER[k - 1]));
+            self.bodies[k] = bodies.bodies();
         }
     }
 
-    /// Coefficient `k` of what the chambers gain, after [`Self::go_on`].
+    /// Coefficient `k` of `F_A` and of the force on the bit, for these pressures.
     #[inline(always)]
-    fn flow_on(&mut self, problem: &Problem, order: Order, places: Places) -> Gains {
-        let (k, chambers) = (order.0, self.chambers);
-        let [_, _, p, q, m, n, ..] = self.rows[k];
-        let (pressures, masses, mut heats) = ([p, q], [m, n], [0.0; 2]);
-        if self.is_leaving {
-            let (products, sum) = (self.lanes.sums(SWELLING), self.lanes.sums(WARMTH));
-            heats = from_fn(|i| {
-                let volume = chambers.swept[i] * places[i];
-                let grown = volume * chambers.pressure[i] + chambers.volume[i] * pressures[i];
-                let left = products[i] + grown - sum[i] - chambers.heat[i] * masses[i];
-                chambers.over_mass[i] * left
-            });
+    fn pushed<E: Expansion>(
+        &self,
+        problem: &Problem,
+        steel: &E,
+        pressures: [f64; 2],
+        k: usize,
+    ) -> [f64; 2] {
+        let chambers = &self.chambers;
+        let mut pushed = from_fn(|i| chambers.thrust[i] * pressures[i]);
+        if !self.is_still {
+            let exhaust = problem.outside[1].0[k];
+            pushed = from_fn(|i| pushed[i] - chambers.areas[i] * exhaust);
         }
-        let outside = problem.outside.map(|poly| poly.0[k]);
+        problem.forces(pushed, steel, k)
+    }
+
+    /// Finds coefficient `k` of what flows, after [`Self::go_on`].
+    #[inline(always)]
+    fn flow_on(&mut self, problem: &Problem, order: Order, moved: &Moved, last: &mut Last) {
+        let (k, chambers) = (order.0, &self.chambers);
+        let Moved { place, volumes, pressures, masses } = *moved;
+        let (mut heats, mut gains) = ([0.0; 2], Gains::default());
+        if self.is_leaving {
+            let [p, q, ..] = *self.lanes.sums(SWELLING);
+            let [m, n, v, w] = *self.lanes.sums(WARMTH);
+            let (products, weighed, left) = ([p, q], [m, n], [v, w]);
+            heats = from_fn(|i| volumes[i] + pressures[i] + products[i] - (weighed[i] + masses[i]));
+            gains.carried = from_fn(|i| left[i] + heats[i] * chambers.outflow[i]);
+        }
+        let mut outside = [0.0; 2];
+        if !self.is_still {
+            outside = problem.outside.map(|poly| poly.0[k] / poly.0[0]);
+        }
         self.sides = [both(outside, pressures), both([0.0; 2], heats)];
-        let mut gains = Gains::default();
         for stream in &self.streams {
-            stream.go_on(&mut self.lanes, order, (&self.sides, places[0]), &mut gains);
+            stream.go_on(&mut self.lanes, order, (&self.sides, place), &mut gains);
         }
         if self.is_leaving {
-            let ([_, _, outflows @ ..], sum) = (gains.flows, self.lanes.sums(WARMTH));
-            for i in 0..2 {
-                let left = chambers.heat[i] * outflows[i] + heats[i] * chambers.outflow[i];
-                gains.heats[i] -= sum[2 + i] + left;
-            }
+            let [_, _, outflows @ ..] = gains.flows;
             self.lanes.put(k, WARMTH, twice(heats), both(masses, outflows));
         }
-        gains
+        *last = chambers.gained(&gains, last.forces);
     }
 
     /// Adds a stream for every path through which air can flow.
@@ -373,24 +447,49 @@ impl Series {
 }
 
 impl Chambers {
-    /// Chambers with these masses, volumes and pressures.
+    /// Chambers with these areas, masses, volumes and pressures, where `R T` is `warm` outside.
     fn new(
-        parameters: &Parameters,
+        areas: [f64; 2],
+        warm: f64,
         (mass, volume, pressure): ([f64; 2], [f64; 2], [f64; 2]),
     ) -> Self {
         let [over_volume, over_mass] = [volume, mass].map(|of| of.map(|of| 1.0 / of));
-        let swept = [parameters.drive.area_drive, -parameters.drive.area_return];
+        let energy: [f64; 2] = from_fn(|i| pressure[i] * volume[i]);
         Self {
             pressure,
-            heat: from_fn(|i| pressure[i] * volume[i] * over_mass[i]),
             volume,
             outflow: [0.0; 2],
-            over_volume,
             over_mass,
-            swept,
-            stiffness: from_fn(|i| KAPPA * pressure[i] * over_volume[i] * swept[i]),
+            heat: from_fn(|i| energy[i] * over_mass[i]),
+            energy,
+            grows: [areas[0] * over_volume[0], -areas[1] * over_volume[1]],
+            filled: energy.map(|energy| KAPPA * warm / energy),
+            emptied: over_mass.map(|over| KAPPA * over),
+            thrust: from_fn(|i| pressure[i] * areas[i]),
+            areas,
         }
     }
+
+    /// What a coefficient of the flows and forces leaves to the next one.
+    #[inline(always)]
+    fn gained(&self, gains: &Gains, forces: [f64; 2]) -> Last {
+        let [a, b, c, d] = gains.flows;
+        let (taken, lost, carried) = ([a, b], [c, d], gains.carried);
+        Last {
+            forces,
+            flows: from_fn(|i| taken[i] - lost[i]),
+            warmed: from_fn(|i| {
+                self.filled[i] * taken[i] - self.emptied[i] * (lost[i] + carried[i])
+            }),
+            fed: gains.fed,
+        }
+    }
+}
+
+/// The larger of two numbers. (The library's function also looks for NaN.)
+#[inline(always)]
+fn larger(one: f64, other: f64) -> f64 {
+    if one > other { one } else { other }
 }
 
 #[inline(always)]
@@ -415,27 +514,25 @@ impl Series {
         let AirLaw { error, port_height, .. } = problem.parameters.air;
         let first = &self.rows[0];
         // Of the pressures and masses, and of the piston's position.
-        let mut weights = [0.0; PLACE + 1 - PRESSURE];
-        let (contents, place) = weights.split_at_mut(PLACE - PRESSURE);
-        let starts = contents.iter_mut().zip(&first[PRESSURE..]);
-        starts.for_each(|(weight, start)| *weight = 1.0 / (start * error));
+        let mut weights: Row = from_fn(|i| 1.0 / (first[i] * error));
+        (weights[0], weights[1], weights[PLACE], weights[PLACE + 1]) = (0.0, 0.0, 0.0, 0.0);
         if air.openings.as_flattened().contains(&Opening::Partial) {
-            place[0] = 1.0 / (port_height * instant(error));
+            weights[PLACE] = 1.0 / (port_height * instant(error));
         }
         let mut length = problem.left.longest;
-        for (k, row) in self.rows.iter().enumerate().skip(ORDER - 1) {
-            // The largest ratio of a term to its allowed error if the length is 1 s; infinite for NaN.
-            let part = row[PRESSURE..].iter().zip(&weights).map(|(c, weight)| (c * weight).abs());
-            let most = part.fold(0.0, |most: f64, part| if part <= most { most } else { part });
-            if most.is_nan() {
+        for k in [ORDER - 1, ORDER] {
+            // The largest ratio of a term to its allowed error if the length is 1 s.
+            let parts: Row = from_fn(|i| (self.rows[k][i] * weights[i]).abs());
+            if parts.iter().sum::<f64>().is_nan() {
                 return 0.0;
             }
-            shorten(&mut length, most, k);
+            shorten(&mut length, parts.into_iter().fold(0.0, larger), k);
         }
         if let Some(pair) = &problem.steel.pair {
             // What the volumes do not feel at once, they feel later.
-            for (k, [p, q]) in self.bodies.iter().enumerate().skip(HIGH - 1) {
-                shorten(&mut length, p.abs().max(q.abs()) / (pair.unit * error), k);
+            for k in [HIGH - 1, HIGH] {
+                let [p, q] = self.bodies[k].map(f64::abs);
+                shorten(&mut length, larger(p, q) / (pair.unit * error), k);
             }
         }
         let positive = self.chambers.volume.iter().chain(&first[MASS..PLACE]).all(|x| *x > 0.0);

@@ -45,29 +45,10 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// The piston's position relative to the bit.
-    #[inline(always)]
-    fn relative(&self) -> f64 {
-        self.places[0] - self.places[1]
-    }
-
     /// Coefficient `k` of the loads that are not the air's.
     #[inline(always)]
     fn other(&self, k: usize) -> [f64; 2] {
         if k < LOW { self.others.map(|other| other[k]) } else { [0.0; 2] }
-    }
-
-    /// Steps from coefficient `k` to `k + 1`, given coefficient `k` of the air's forces.
-    #[inline(always)]
-    fn go_on(&mut self, forces: [f64; 2], k: usize, over: f64) {
-        let ([p, q], [v, w], other) = (self.places, self.speeds, self.other(k));
-        let pressed = self.contact * (p - q);
-        let sums = [
-            forces[0] + other[0] - pressed,
-            forces[1] + other[1] + pressed - self.rock.force(q, w),
-        ];
-        self.places = [v * over, w * over];
-        self.speeds = from_fn(|i| sums[i] / self.masses[i] * over);
     }
 
     /// Coefficient `k` of the air's forces under which the bodies move exactly by these polynomials.
@@ -135,49 +116,56 @@ impl Quad {
 }
 
 /// The last coefficients of the expanded steel.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Expansion {
-    quads: Vec<Quad>,
-    pair: Option<Pair>,
+pub(super) trait Expansion {
+    /// True if no coordinate of the steel is left out.
+    const WHOLE: bool;
+
+    /// Contribution of the last coefficients to the piston's positions.
+    fn places(&self) -> Places;
+
+    /// Contribution of the next coefficients to `x`, as far as the last ones alone determine them.
+    fn speed(&self) -> f64;
+
+    /// Steps from coefficient `k` to `k + 1`, given coefficient `k` of the forces. Returns [`Self::places`].
+    fn go_on(&mut self, forces: [f64; 2], at: (usize, f64)) -> Places;
+
+    /// Displacements of two rigid bodies; zero for other steel.
+    fn bodies(&self) -> [f64; 2];
 }
 
-impl Expansion {
-    /// Begins with the start of this steel.
-    pub(super) fn begin(&mut self, steel: &Steel) {
-        self.pair = steel.pair;
+/// Coordinates of modes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Modes {
+    quads: Vec<Quad>,
+}
+
+impl Modes {
+    /// Begins with the start of these blocks.
+    pub(super) fn begin(&mut self, blocks: &[Block]) {
         self.quads.clear();
-        for two in steel.blocks.chunks(2) {
+        for two in blocks.chunks(2) {
             let mut quad = Quad::default();
             two.iter().enumerate().for_each(|(place, block)| quad.set(place, block));
             self.quads.push(quad);
         }
     }
+}
 
-    /// Contribution of the last coefficients to the piston's positions.
+impl Expansion for Modes {
+    const WHOLE: bool = false;
+
     #[inline(always)]
-    pub(super) fn places(&self) -> Places {
-        if let Some(pair) = &self.pair {
-            return [pair.relative(); 2];
-        }
+    fn places(&self) -> Places {
         self.quads.iter().fold([0.0; 2], |sums, quad| add(sums, quad.along(&quad.last)))
     }
 
-    /// Contribution of the next coefficients to `x`, as far as the last ones alone determine them.
     #[inline(always)]
-    pub(super) fn speed(&self) -> f64 {
-        if let Some(pair) = &self.pair {
-            return pair.speeds[0] - pair.speeds[1];
-        }
+    fn speed(&self) -> f64 {
         self.quads.iter().map(|quad| quad.along(&quad.rates())[0]).sum()
     }
 
-    /// Steps from coefficient `k` to `k + 1`, given coefficient `k` of the forces. Returns [`Self::places`].
     #[inline(always)]
-    pub(super) fn go_on(&mut self, [f, g]: [f64; 2], (k, over): (usize, f64)) -> Places {
-        if let Some(pair) = &mut self.pair {
-            pair.go_on([f, g], k, over);
-            return [pair.relative(); 2];
-        }
+    fn go_on(&mut self, [f, g]: [f64; 2], (k, over): (usize, f64)) -> Places {
         let mut sums = [0.0; 2];
         for quad in &mut self.quads {
             let (rates, [by_first, by_second]) = (quad.rates(), &quad.pushed);
@@ -191,10 +179,62 @@ impl Expansion {
         sums
     }
 
-    /// Displacements of two rigid bodies; zero for other steel.
     #[inline(always)]
-    pub(super) fn bodies(&self) -> [f64; 2] {
-        self.pair.map_or([0.0; 2], |pair| pair.places)
+    fn bodies(&self) -> [f64; 2] {
+        [0.0; 2]
+    }
+}
+
+/// Two rigid bodies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bodies {
+    /// The last coefficients of the displacements and velocities.
+    places: [f64; 2],
+    speeds: [f64; 2],
+    /// Reciprocals of the masses, 1/kg.
+    over_masses: [f64; 2],
+    contact: f64,
+    rock: Coefficients,
+    others: [[f64; LOW]; 2],
+}
+
+impl Bodies {
+    /// Begins with the start of these bodies.
+    pub(super) fn begin(pair: &Pair) -> Self {
+        let Pair { places, speeds, masses, contact, rock, others, .. } = *pair;
+        Self { places, speeds, over_masses: masses.map(|mass| 1.0 / mass), contact, rock, others }
+    }
+}
+
+impl Expansion for Bodies {
+    const WHOLE: bool = true;
+
+    #[inline(always)]
+    fn places(&self) -> Places {
+        [self.places[0] - self.places[1]; 2]
+    }
+
+    #[inline(always)]
+    fn speed(&self) -> f64 {
+        self.speeds[0] - self.speeds[1]
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self, forces: [f64; 2], (k, over): (usize, f64)) -> Places {
+        let ([p, q], [v, w]) = (self.places, self.speeds);
+        let pressed = self.contact * (p - q);
+        let mut sums = [forces[0] - pressed, forces[1] + (pressed - self.rock.force(q, w))];
+        if k < LOW {
+            sums = from_fn(|i| sums[i] + self.others[i][k]);
+        }
+        self.places = [v * over, w * over];
+        self.speeds = from_fn(|i| sums[i] * (self.over_masses[i] * over));
+        self.places()
+    }
+
+    #[inline(always)]
+    fn bodies(&self) -> [f64; 2] {
+        self.places
     }
 }
 

@@ -11,6 +11,9 @@
 //! choked     1             p_h CHOKED_FLOW
 //! straight   1             (p_h - p_l) STRAIGHT_SLOPE
 //! ```
+//!
+//! Every series but those of `a`, of `a W` and of a difference of pressures is divided by its first coefficient, which
+//! is then 1 and needs no multiplication. What they are divided by is part of the area.
 
 use super::lanes::{Half, Lanes};
 use super::{ENDS, PATHS};
@@ -27,31 +30,37 @@ const SUBSONIC: u8 = Flow::Subsonic as u8;
 const CHOKED: u8 = Flow::Choked as u8;
 const STRAIGHT: u8 = Flow::Straight as u8;
 
-/// Coefficients of the air on the sides of the flow paths: of the pressures, and of `R T`.
+/// Coefficients of the air on the sides of the flow paths: of the pressures, and of `R T`. Those after the first are
+/// divided by it.
 pub(super) type Air = [[f64; 4]; 2];
 
 /// A power: its number, the same as a float, and the reciprocal.
 pub(super) type Order = (usize, f64, f64);
 
-/// Coefficients of what all streams together bring, kg/s and W.
+/// Coefficients of what all streams together bring.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gains {
-    /// What the masses of both chambers gain, then the total flow out of each.
+    /// The flows into both chambers, then those out of them, kg/s.
     pub(super) flows: Half,
-    /// What `sum flow R T` of both chambers gains, and the mass from the supply. The product is left out for flows out
-    /// of a chamber, whose sum is multiplied once.
-    pub(super) heats: Half,
+    /// The flow from the supply, kg/s.
+    pub(super) fed: f64,
+    /// What the flow out of each chamber carries away beyond its own temperature at the start, over that temperature.
+    /// Air from the other chamber counts as if it came from outside; the difference is subtracted.
+    pub(super) carried: [f64; 2],
 }
 
-impl Gains {
-    #[inline(always)]
-    fn add(&mut self, flow: f64, shares: &Gains) {
-        let add = |sums: &mut Half, shares: &Half| {
-            sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += flow * share);
-        };
-        add(&mut self.flows, &shares.flows);
-        add(&mut self.heats, &shares.heats);
-    }
+/// The formulas of a flow as they are expanded.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Kind {
+    /// Nothing but the area varies.
+    #[default]
+    Steady,
+    Subsonic,
+    Choked,
+    Straight,
+    SubsonicLeak,
+    ChokedLeak,
+    StraightLeak,
 }
 
 /// A path through which air flows.
@@ -61,30 +70,24 @@ pub(super) struct Stream {
     /// Upstream and downstream side.
     pub(super) sides: [usize; 2],
     flow: Flow,
-    /// The opening's area at the start, m2, and its slope over `x`.
+    kind: Kind,
+    /// The opening's area at the start, m2, and its slope over `x`; after [`Self::begin`], times what makes it the flow
+    /// over the scaled series.
     area: [f64; 2],
-    /// The flow per metre of the position, if nothing but the area varies.
-    steady: Option<f64>,
-    /// What a flow of 1 kg/s adds to the gains.
-    shares: Gains,
-    /// The halves of [`Lanes`] in use: that of every formula, then that of the subsonic one.
-    halves: [usize; 2],
-    /// First coefficients of `q`, `Q`, `Z`, `W`, `a W`, `sqrt(2 kappa / (kappa - 1)) P`.
-    first: [f64; 6],
-    /// `R T` upstream at the start, and the flow.
-    from: [f64; 2],
-    /// Half the reciprocal of the first coefficient of `W`, then the reciprocals of those of `h`, `p_l` and `q`.
-    reciprocals: [f64; 4],
-}
-
-/// `sqrt(2 kappa / (kappa - 1)) P` by the formula `FLOW`.
-#[inline(always)]
-fn pressed<const FLOW: u8>(high: f64, low: f64) -> f64 {
-    match FLOW {
-        SUBSONIC => NOZZLE * low,
-        CHOKED => (NOZZLE * CHOKED_FLOW) * high,
-        _ => (NOZZLE * STRAIGHT_SLOPE) * (high - low),
-    }
+    /// What a flow of 1 kg/s adds to the gains: flows, and the flow from the supply.
+    shares: Half,
+    fed: f64,
+    /// The half of [`Lanes`] of every formula; that of the subsonic one follows.
+    half: usize,
+    /// Contributions of `Q Q` and of `Q` to the scaled `s`.
+    shape: [f64; 2],
+    /// Pressures upstream and downstream at the start, and their difference.
+    pressures: [f64; 2],
+    pressed: f64,
+    /// The flow at the start.
+    start: f64,
+    /// The leak's `R T` at the start over that downstream, and by how much it exceeds that from outside.
+    warmth: [f64; 2],
 }
 
 impl Stream {
@@ -111,57 +114,72 @@ impl Stream {
     ) {
         let [high, low] = self.sides.map(|side| air[0][side]);
         let heat = air[1][self.sides[0]];
-        let (mut ratio, mut power, mut s, mut reciprocals) = (0.0, 0.0, 1.0, [0.0; 4]);
-        if self.flow == Flow::Subsonic {
-            ratio = high / low;
-            power = math::two_sevenths(ratio);
-            s = power * (power - 1.0);
-            (reciprocals[2], reciprocals[3]) = (1.0 / low, 1.0 / ratio);
-        }
-        let z = s / heat;
-        let w = z.sqrt();
-        let pressed = match self.flow {
-            Flow::Subsonic => pressed::<SUBSONIC>(high, low),
-            Flow::Choked => pressed::<CHOKED>(high, low),
-            Flow::Straight => pressed::<STRAIGHT>(high, low),
+        let (s, scale) = match self.flow {
+            Flow::Subsonic => {
+                let power = math::two_sevenths(high / low);
+                let over = 1.0 / (power - 1.0);
+                self.shape = [power * over, (2.0 * power - 1.0) * over];
+                (power * (power - 1.0), NOZZLE * low)
+            }
+            Flow::Choked => (1.0, (NOZZLE * CHOKED_FLOW) * high),
+            Flow::Straight => (1.0, NOZZLE * STRAIGHT_SLOPE),
         };
-        let jet = self.area[0] * w;
-        (reciprocals[0], reciprocals[1]) = (0.5 / w, 1.0 / heat);
-        self.reciprocals = reciprocals;
-        self.first = [ratio, power, z, w, jet, pressed];
-        let flow = jet * pressed;
-        self.from = [heat, flow];
-        self.share(heat);
-        gains.add(flow, &self.shares);
-        let is_steady = is_still && !self.leaves_chamber() && self.flow == Flow::Choked;
-        self.steady = is_steady.then_some(self.area[1] * w * pressed);
-        if is_steady {
+        let speed = scale * (s / heat).sqrt();
+        self.area = self.area.map(|area| area * speed);
+        self.pressures = [high, low];
+        self.pressed = if self.flow == Flow::Straight { high - low } else { 1.0 };
+        self.start = self.area[0] * self.pressed;
+        self.share(&air[1]);
+        self.kind = self.kind(is_still);
+        self.add(self.start, gains);
+        if self.path == LEAK {
+            gains.carried[(self.sides[1] - 2) % 2] -= self.warmth[1] * self.start;
+        }
+        if self.kind == Kind::Steady {
             return;
         }
         // The leak's area is constant, so its lane serves the heat.
-        let [a, b] = if self.path == LEAK { [heat, flow] } else { [self.area[0], w] };
-        self.halves[0] = lanes.begin([z, w, a, jet], [heat, w, b, pressed]);
+        let [a, b] = if self.path == LEAK { [1.0, self.start] } else { [self.area[0], 1.0] };
+        self.half = lanes.begin([1.0, 1.0, a, self.area[0]], [1.0, 1.0, b, self.pressed]);
         if self.flow == Flow::Subsonic {
-            let left = [ratio, 0.0, ratio, power];
-            self.halves[1] = lanes.begin(left, [low, power, power, power]);
+            lanes.begin([1.0, 0.0, 1.0, 1.0], [1.0; 4]);
         }
     }
 
-    /// Finds [`Self::shares`], where the air upstream has this `R T` at the start.
-    fn share(&mut self, heat: f64) {
+    fn kind(&self, is_still: bool) -> Kind {
+        match (self.flow, self.path == LEAK) {
+            (Flow::Choked, false) if is_still && !self.leaves_chamber() => Kind::Steady,
+            (Flow::Subsonic, false) => Kind::Subsonic,
+            (Flow::Choked, false) => Kind::Choked,
+            (Flow::Straight, false) => Kind::Straight,
+            (Flow::Subsonic, true) => Kind::SubsonicLeak,
+            (Flow::Choked, true) => Kind::ChokedLeak,
+            (Flow::Straight, true) => Kind::StraightLeak,
+        }
+    }
+
+    /// Finds what the flow adds to the gains, where `R T` of all sides is this at the start.
+    fn share(&mut self, heats: &[f64; 4]) {
         let [from, to] = self.sides;
-        self.shares = Gains::default();
-        let Gains { flows, heats } = &mut self.shares;
-        match from.checked_sub(2) {
-            Some(chamber) => (flows[chamber], flows[2 + chamber]) = (-1.0, 1.0),
-            None if from == 0 => heats[2] = 1.0,
-            None => {}
+        (self.shares, self.fed) = ([0.0; 4], 0.0);
+        if from >= 2 {
+            self.shares[from] = 1.0;
         }
-        match to.checked_sub(2) {
-            Some(chamber) => (flows[chamber], heats[chamber]) = (1.0, heat),
-            None if to == 0 => heats[2] = -1.0,
-            None => {}
+        if to >= 2 {
+            self.shares[to - 2] = 1.0;
         }
+        if from.min(to) == 0 {
+            self.fed = if from == 0 { 1.0 } else { -1.0 };
+        }
+        let [heat, outside] = [heats[from], heats[0]];
+        self.warmth = [heat, heat - outside].map(|warmth| warmth / heats[to]);
+    }
+
+    /// Adds a flow to the gains.
+    #[inline(always)]
+    fn add(&self, flow: f64, gains: &mut Gains) {
+        gains.flows.iter_mut().zip(&self.shares).for_each(|(sum, share)| *sum += flow * share);
+        gains.fed += flow * self.fed;
     }
 
     /// Adds coefficient `k` of the flow to the gains, by what [`Lanes::add_up`] found. `x` is coefficient `k` of the
@@ -174,24 +192,20 @@ impl Stream {
         (air, x): (&Air, f64),
         gains: &mut Gains,
     ) {
-        if let Some(steady) = self.steady {
-            return gains.add(steady * x, &self.shares);
-        }
-        match (self.flow, self.path == LEAK) {
-            (Flow::Subsonic, false) => {
-                self.flow_on::<SUBSONIC, false>(lanes, order, (air, x), gains)
-            }
-            (Flow::Choked, false) => self.flow_on::<CHOKED, false>(lanes, order, (air, x), gains),
-            (Flow::Straight, false) => {
-                self.flow_on::<STRAIGHT, false>(lanes, order, (air, x), gains)
-            }
-            (Flow::Subsonic, true) => self.flow_on::<SUBSONIC, true>(lanes, order, (air, x), gains),
-            (Flow::Choked, true) => self.flow_on::<CHOKED, true>(lanes, order, (air, x), gains),
-            (Flow::Straight, true) => self.flow_on::<STRAIGHT, true>(lanes, order, (air, x), gains),
-        }
+        let side = (air, x);
+        let flow = match self.kind {
+            Kind::Steady => self.area[1] * x,
+            Kind::Subsonic => self.flow_on::<SUBSONIC, false>(lanes, order, side, gains),
+            Kind::Choked => self.flow_on::<CHOKED, false>(lanes, order, side, gains),
+            Kind::Straight => self.flow_on::<STRAIGHT, false>(lanes, order, side, gains),
+            Kind::SubsonicLeak => self.flow_on::<SUBSONIC, true>(lanes, order, side, gains),
+            Kind::ChokedLeak => self.flow_on::<CHOKED, true>(lanes, order, side, gains),
+            Kind::StraightLeak => self.flow_on::<STRAIGHT, true>(lanes, order, side, gains),
+        };
+        self.add(flow, gains);
     }
 
-    /// [`Self::go_on`] for one formula, of the leak or of another path.
+    /// [`Self::go_on`] for one formula, of the leak or of another path. Returns the flow.
     #[inline(always)]
     fn flow_on<const FLOW: u8, const LEAKS: bool>(
         &self,
@@ -199,35 +213,39 @@ impl Stream {
         (k, order, over): Order,
         (air, x): (&Air, f64),
         gains: &mut Gains,
-    ) {
+    ) -> f64 {
         // There are four sides.
         let [high, low] = self.sides.map(|side| air[0][side % 4]);
         let heat = air[1][self.sides[0] % 4];
-        let [ratio0, power0, z0, w0, jet0, pressed0] = self.first;
-        let [over_w, over_heat, over_low, over_ratio] = self.reciprocals;
-        let mut s = 0.0;
+        let sum = *lanes.sums(self.half);
+        let mut z = -(sum[0] + heat);
         if FLOW == SUBSONIC {
-            let sum = lanes.sums(self.halves[1]);
-            let ratio = (high - sum[0] - ratio0 * low) * over_low;
-            let mixed = sum[1] * over;
-            let power = (POWER * (ratio * power0 + mixed) + (mixed - sum[2])) * over_ratio;
-            s = sum[3] + (2.0 * power0 - 1.0) * power;
+            let &[falling, risen, mixed, square] = lanes.sums(self.half + 1);
+            let ratio = high - (low + falling);
+            let power = POWER * ratio + ((1.0 + POWER) * over * risen - mixed);
+            z = self.shape[1] * power + (self.shape[0] * square + z);
             let left = [ratio, order * ratio, ratio, power];
-            lanes.put(k, self.halves[1], left, [low, power, power, power]);
+            lanes.put(k, self.half + 1, left, [low, power, power, power]);
         }
-        let sum = lanes.sums(self.halves[0]);
-        let z = (s - sum[0] - z0 * heat) * over_heat;
-        let w = (z - sum[1]) * over_w;
-        let (opened, pressed) = (self.area[1] * x, pressed::<FLOW>(high, low));
-        let widened = if LEAKS { 0.0 } else { sum[2] + opened * w0 };
+        let w = 0.5 * (z - sum[1]);
+        let opened = self.area[1] * x;
+        let widened = if LEAKS { 0.0 } else { sum[2] + opened };
         let jet = widened + self.area[0] * w;
-        let flow = sum[3] + jet0 * pressed + jet * pressed0;
-        gains.add(flow, &self.shares);
+        let pressed = match FLOW {
+            SUBSONIC => low,
+            CHOKED => high,
+            _ => self.pressures[0] * high - self.pressures[1] * low,
+        };
+        let driven = sum[3] + self.area[0] * pressed;
+        let flow = driven + if FLOW == STRAIGHT { self.pressed * jet } else { jet };
         if LEAKS {
-            gains.heats[(self.sides[1] - 2) % 2] += sum[2] + self.from[1] * heat;
+            let [whole, excess] = self.warmth;
+            let carried = whole * (sum[2] + self.start * heat) + excess * flow;
+            gains.carried[(self.sides[1] - 2) % 2] -= carried;
         }
         let [a, b] = if LEAKS { [heat, flow] } else { [opened, w] };
-        lanes.put(k, self.halves[0], [z, w, a, jet], [heat, w, b, pressed]);
+        lanes.put(k, self.half, [z, w, a, jet], [heat, w, b, pressed]);
+        flow
     }
 }
 
@@ -248,7 +266,7 @@ mod tests {
             stream.begin(&mut lanes, &air[0], false, &mut series[0]);
             for k in 1..=ORDER {
                 let x = if k == 1 { 1.0 } else { 0.0 };
-                lanes.add_up(simd, k);
+                lanes.add_up(simd);
                 let order = (k, k as f64, 1.0 / k as f64);
                 stream.go_on(&mut lanes, order, (&air[k], x), &mut series[k]);
             }
@@ -274,9 +292,10 @@ mod tests {
                     let scale = if flow_law == Flow::Straight { 0.02 } else { 1.0 };
                     let pressures = [2e3, 1e3, 3e4, -2e4].map(|rate| scale * rate);
                     let rates = [pressures, [0.0, 0.0, 800.0, -700.0]];
+                    let scaled = [0, 1].map(|c| from_fn(|i| rates[c][i] / start[c][i]));
                     let air: [Air; ORDER + 1] = from_fn(|k| match k {
                         0 => start,
-                        1 => rates,
+                        1 => scaled,
                         _ => Air::default(),
                     });
                     let series = flow(&mut stream, &air);
@@ -292,7 +311,10 @@ mod tests {
                         let sum = |of: &dyn Fn(&Gains) -> f64| value(&series.each_ref().map(of), t);
                         let out = |gains: &Gains| gains.flows[if from < 2 { to - 2 } else { from }];
                         // The heat of what flows out of a chamber is summed for all flows together.
-                        let heats = to.checked_sub(2).map(|to| sum(&|gains| gains.heats[to]));
+                        let heats = to.checked_sub(2).map(|chamber| {
+                            let carried = start[1][to] * sum(&|gains| gains.carried[chamber]);
+                            start[1][from.min(1)] * sum(&out) - carried
+                        });
                         let found = [Some(sum(&out)), heats].into_iter().flatten();
                         for (found, exact) in found.zip([exact, warm]) {
                             // The straight law is a difference of a 300th of the pressures.

@@ -81,8 +81,11 @@ impl Series {
         Some(longest).filter(|length| *length > SHORTEST)
     }
 
-    /// The forces on piston and bit in a window of this length.
+    /// The forces on piston and bit in a window of this length; zero on rigid bodies, whose motion contains their effect.
     pub(crate) fn forces(&self, length: f64) -> [Poly; 2] {
+        if self.is_whole {
+            return Default::default();
+        }
         [0, 1].map(|i| Poly::of_part(&self.fit.parts.map(|part| part[i]), length))
     }
 
@@ -173,10 +176,18 @@ impl Series {
 /// The last point before `until` at which a function that is positive at `until` rises through zero. It is 0 if the
 /// function begins at zero and is not negative shortly afterwards.
 fn last_rise(q: &Powers, until: f64) -> f64 {
+    if q[0] < 0.0 {
+        return rise_between(q, [0.0, until], until);
+    }
     // A function that begins at zero may fall before it rises.
-    let nearer = (1..=SOON).map(|k| math::powi(0.5, k) * until);
-    let below = std::iter::once(0.0).chain(nearer).find(|&place| value(q, place) < 0.0);
-    below.map_or(0.0, |low| rise_between(q, [low, until], until))
+    let mut nearer = until;
+    for _ in 0..SOON {
+        nearer *= 0.5;
+        if value(q, nearer) < 0.0 {
+            return rise_between(q, [nearer, until], until);
+        }
+    }
+    0.0
 }
 
 #[cfg(test)]

@@ -47,6 +47,17 @@ pub fn through(values: &[f64; LOW]) -> [f64; LOW] {
     sum
 }
 
+/// The powers of `t`. Even and odd ones are found beside each other.
+#[inline(always)]
+pub fn powers<const COUNT: usize>(t: f64) -> [f64; COUNT] {
+    let (mut powers, square) = ([1.0; COUNT], t * t);
+    powers[1] = t;
+    for k in 2..COUNT {
+        powers[k] = powers[k - 2] * square;
+    }
+    powers
+}
+
 /// Value at `t`.
 pub fn value(powers: &[f64], t: f64) -> f64 {
     powers.iter().rev().fold(0.0, |sum, c| sum * t + c)
