@@ -113,6 +113,20 @@ vectorised! {
     }
 }
 
+vectorised! {
+    /// The square of a velocity, one power higher.
+    fn squared(speed: &'a [f64; HIGH]) -> [f64; SQUARE] as Squared, _simd {
+        let mut square = [0.0; SQUARE];
+        for (i, a) in speed.iter().enumerate() {
+            let sums = &mut square[i + 1..][..HIGH];
+            for j in 0..HIGH {
+                sums[j] += a * speed[j];
+            }
+        }
+        square
+    }
+}
+
 /// `int t^i d(t^(j + 1))` over `[0, 1]`, in the order `[i][j]`.
 static SHARES: [[f64; HIGH]; HIGH + 1] = {
     let (mut all, mut i) = ([[0.0; HIGH]; HIGH + 1], 0);
@@ -248,16 +262,9 @@ impl Course {
 
     /// `int u_2'^2 dt` of the bit as a polynomial of the time over the window's length, m2/s.
     pub(crate) fn bit_square(&self) -> [f64; SQUARE] {
-        let speed: HighPowers = from_fn(|k| match self.rows.get(k + 1) {
-            Some([_, q, ..]) => (k + 1) as f64 * q / self.length,
-            None => 0.0,
-        });
-        let mut square = [0.0; SQUARE];
-        for (i, a) in speed[..HIGH].iter().enumerate() {
-            for (j, b) in speed[..HIGH].iter().enumerate() {
-                square[i + j + 1] += a * b;
-            }
-        }
+        let over = 1.0 / self.length;
+        let speed: [f64; HIGH] = from_fn(|k| (k + 1) as f64 * self.rows[k + 1][1] * over);
+        let mut square = squared(&speed);
         square[1..].iter_mut().zip(OVER).for_each(|(c, over)| *c *= self.length * over);
         square
     }

@@ -9,7 +9,7 @@ use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::stretch::Stretch;
 use crate::modal::system::{System, TAYLOR};
 use crate::modal::track::Track;
-use crate::motion::Motion;
+use crate::motion::{Course, Motion};
 use crate::numerics::kernel;
 use crate::quantities::parameters::Rock;
 use crate::scene::graph::CHANNELS;
@@ -381,7 +381,7 @@ impl Interval {
     /// Approximate number of stored numbers.
     pub fn size(&self) -> usize {
         let fixed = numbers(size_of::<Self>());
-        fixed + self.modes().map_or(numbers(size_of::<RigidInterval>()), Modes::size)
+        fixed + self.modes().map_or(numbers(size_of::<Course>()), Modes::size)
     }
 }
 
