@@ -5,10 +5,11 @@
 //! those of the pressures, but for the two highest powers, which differ by what the series leaves out. So the energy
 //! balance of the bodies is exact.
 
+use super::part::Part;
 use super::steel::Pair;
 use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::poly::{OVER, Poly};
-use crate::numerics::series::{self, HIGH, HighPowers, LOW, ORDER};
+use crate::numerics::series::{self, HIGH, HighPowers, ORDER};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
@@ -100,20 +101,6 @@ vectorised! {
 }
 
 vectorised! {
-    /// For each power `j` of a displacement, `int F j t^(j - 1)` over `[0, 1]` of the forces in the last two lanes.
-    fn along(rows: &'a [[f64; 4]; HIGH + 1]) -> [[f64; HIGH]; 2] as Along, _simd {
-        let mut all = [[0.0; HIGH]; 2];
-        for ([.., f, b], shares) in rows.iter().zip(&SHARES) {
-            for j in 0..HIGH {
-                all[0][j] += f * shares[j];
-                all[1][j] += b * shares[j];
-            }
-        }
-        all
-    }
-}
-
-vectorised! {
     /// The square of a velocity, one power higher.
     fn squared(speed: &'a [f64; HIGH]) -> [f64; SQUARE] as Squared, _simd {
         let mut square = [0.0; SQUARE];
@@ -126,20 +113,6 @@ vectorised! {
         square
     }
 }
-
-/// `int t^i d(t^(j + 1))` over `[0, 1]`, in the order `[i][j]`.
-static SHARES: [[f64; HIGH]; HIGH + 1] = {
-    let (mut all, mut i) = ([[0.0; HIGH]; HIGH + 1], 0);
-    while i <= HIGH {
-        let mut j = 0;
-        while j < HIGH {
-            all[i][j] = (j + 1) as f64 / (i + j + 1) as f64;
-            j += 1;
-        }
-        i += 1;
-    }
-    all
-};
 
 impl Course {
     /// Bodies at these displacements and velocities, before a window begins.
@@ -230,34 +203,9 @@ impl Course {
         [2, 3].map(|i| Poly::of_part(&self.rows.map(|row| row[i]), self.length))
     }
 
-    /// Works `int F_i du_j` of the air's force on body `i` along the displacement of body `j`, up to `t`, J.
-    pub(crate) fn works(&self, t: f64) -> [[f64; 2]; 2] {
-        let (tau, mut power) = (t / self.length, 1.0);
-        let rows = self.rows.map(|row| {
-            let row = row.map(|c| power * c);
-            power *= tau;
-            row
-        });
-        along(&rows).map(|means| {
-            let each = rows[1..].iter().zip(means);
-            each.fold([0.0; 2], |[a, b], ([p, q, ..], mean)| [a + p * mean, b + q * mean])
-        })
-    }
-
-    /// Work of another load along the displacements of both bodies up to `t`, J. Its coefficients are in the time, s.
-    pub(crate) fn works_of(&self, load: &[f64; LOW], t: f64) -> [f64; 2] {
-        let ([start, _], [end, _], tau) = (self.start(), self.at(t), t / self.length);
-        if load[1..].iter().all(|c| *c == 0.0) {
-            return [0, 1].map(|body| load[0] * (end[body] - start[body]));
-        }
-        let load = scaled(&from_fn(|k| load.get(k).copied().unwrap_or(0.0)), t);
-        [0, 1].map(|body| work(&load, &scaled(&self.rows.map(|row| row[body]), tau)))
-    }
-
-    /// Integral of a displacement up to `t`, m s.
-    pub(crate) fn integral(&self, shares: [f64; 2], t: f64) -> f64 {
-        let terms = scaled(&self.powers(shares), t / self.length);
-        t * terms.iter().zip(OVER).rev().fold(0.0, |sum, (c, over)| sum + c * over)
+    /// The window up to `t`, over which works and impulses are integrated.
+    pub(crate) fn part(&self, t: f64) -> Part {
+        Part::new(&self.rows, t, t / self.length)
     }
 
     /// `int u_2'^2 dt` of the bit as a polynomial of the time over the window's length, m2/s.
@@ -274,25 +222,6 @@ impl Course {
         let numbers = self.rows.iter().flatten().chain(&self.rounding).chain([&self.length]);
         numbers.into_iter().all(|x| x.is_finite()) && self.length > 0.0
     }
-}
-
-/// A polynomial in terms of time over a part of its interval.
-fn scaled(powers: &HighPowers, tau: f64) -> HighPowers {
-    let mut power = 1.0;
-    powers.map(|c| {
-        let c = power * c;
-        power *= tau;
-        c
-    })
-}
-
-/// `int_0^1 force place' dt`.
-fn work(force: &HighPowers, place: &HighPowers) -> f64 {
-    let of = |j: usize| {
-        let each = force.iter().zip(&OVER[j - 1..]).map(|(force, over)| force * over);
-        j as f64 * place[j] * each.sum::<f64>()
-    };
-    (1..=HIGH).map(of).sum()
 }
 
 #[cfg(test)]
@@ -346,7 +275,7 @@ mod tests {
     fn works_integrals_and_squares_balance_the_energy() {
         let (pair, course) = parabolas();
         for t in [1e-4, 2e-3] {
-            let [[first, _], [_, second]] = course.works(t);
+            let [[first, _], [_, second]] = course.part(t).works();
             let energy = |t: f64| {
                 let [u, v] = course.at(t);
                 let kinetic = pair.masses[0] * v[0] * v[0] + pair.masses[1] * v[1] * v[1];
@@ -358,12 +287,12 @@ mod tests {
             let lost = 5e3 * square.iter().rev().fold(0.0, |sum, c| sum * tau + c);
             let mut others = [[0.0; LOW]; 2];
             (others[0][0], others[1][1]) = (88.0, 3e4);
-            let [given, _] = course.works_of(&others[0], t);
-            let [_, fed] = course.works_of(&others[1], t);
+            let [given, _] = course.part(t).works_of(&others[0]);
+            let [_, fed] = course.part(t).works_of(&others[1]);
             let left = first + second + given + fed - (energy(t) - energy(0.0)) - lost;
             // Roundings of energies of some hundred joules.
             assert!(left.abs() < 1e-11, "{t}: {left:e}");
-            let integral = course.integral([1.0, -1.0], t);
+            let integral = course.part(t).integral([1.0, -1.0]);
             let closed = t * (-3e-3 + t * (4.25 - 400.0 * t));
             assert!((integral - closed).abs() < 1e-18, "{integral:e} {closed:e}");
         }

@@ -9,6 +9,7 @@
 pub mod course;
 mod fit;
 mod lanes;
+pub(crate) mod part;
 pub(crate) mod series;
 pub(crate) mod steel;
 mod stream;

@@ -281,8 +281,8 @@ impl Interval {
     }
 
     fn sums_of_rigid(&self, rigid: &RigidInterval) -> Sums {
-        let (mut sums, span) = (Sums::default(), self.span);
-        let works = rigid.works(span);
+        let (mut sums, part) = (Sums::default(), rigid.part(self.span));
+        let works = rigid.works(&part);
         for (displacement, _, parts) in &self.graph.loaded {
             let shares = self.graph.shares_of_pair(*displacement);
             let along = |channel: usize| {
@@ -292,7 +292,9 @@ impl Interval {
             self.graph.add_works(*displacement, parts, along, &mut sums.work);
         }
         let impulse = |displacement, line: Coefficients| {
-            rigid.impulse(self.graph.shares_of_pair(displacement), line, span)
+            let shares = self.graph.shares_of_pair(displacement);
+            let [start, end] = part.ends().map(|[p, q]| shares[0] * p + shares[1] * q);
+            line.force(part.integral(shares), end - start)
         };
         let contact = Tie::Contact;
         let mut holding = self.graph.holding(self.ties).filter(|(edge, _)| edge.tie == contact);

@@ -2,7 +2,7 @@
 
 use crate::laws::rock::Coefficients;
 use crate::modal::system::TAYLOR;
-use crate::motion::Course;
+use crate::motion::{Course, Part};
 use crate::numerics::poly::Poly;
 use crate::numerics::series::{HIGH, LOW, value};
 use crate::scene::graph::{CHANNELS, Channel};
@@ -23,10 +23,15 @@ impl RigidInterval {
         Self { course: course.clone(), others: [Channel::Feed, Channel::Gravity].map(other) }
     }
 
-    /// The work of the load of each channel along the displacements of piston and bit up to `t`, J.
-    pub fn works(&self, t: f64) -> [[f64; 2]; CHANNELS] {
-        let [drive, anvil] = self.course.works(t);
-        let [feed, gravity] = self.others.each_ref().map(|load| self.course.works_of(load, t));
+    /// The interval up to `t`.
+    pub fn part(&self, t: f64) -> Part {
+        self.course.part(t)
+    }
+
+    /// The work of the load of each channel along the displacements of piston and bit, J.
+    pub fn works(&self, part: &Part) -> [[f64; 2]; CHANNELS] {
+        let [drive, anvil] = part.works();
+        let [feed, gravity] = self.others.each_ref().map(|load| part.works_of(load));
         let mut works = [[0.0; 2]; CHANNELS];
         works[Channel::Drive as usize] = drive;
         works[Channel::Anvil as usize] = anvil;
@@ -35,15 +40,9 @@ impl RigidInterval {
         works
     }
 
-    /// Impulse up to `t` of a spring with a dashpot on this displacement, N s.
-    pub fn impulse(&self, shares: [f64; 2], line: Coefficients, t: f64) -> f64 {
-        let [start, end] = [0.0, t].map(|t| self.course.rates::<1>(shares, t)[0]);
-        line.force(self.course.integral(shares, t), end - start)
-    }
-
     /// Displacement of the tip at the start and at `t`, m.
     pub fn tip(&self, t: f64) -> [f64; 2] {
-        [0.0, t].map(|t| self.course.rates::<1>([0.0, 1.0], t)[0])
+        [self.course.start()[0][1], self.course.at(t)[0][1]]
     }
 
     /// `int p'^2 dt` of the tip up to `t`, m2/s.

@@ -21,6 +21,7 @@ mod tracks;
 mod transition;
 
 pub(crate) use crate::air::course::{Bounds, CURVES, Course};
+pub(crate) use crate::air::part::Part;
 
 use crate::air::series::Series;
 use crate::air::steel::Steel;
