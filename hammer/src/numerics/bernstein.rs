@@ -14,6 +14,8 @@ use pulp::{Simd, WithSimd};
 const HALVINGS: usize = 40;
 /// The change of a zero at which its iteration stops.
 const SETTLED: f64 = 1e-15;
+/// From a change of this size on, the next change of a zero is foretold by the last two.
+const NEAR: f64 = 1e-8;
 
 /// Least distance of two changes of sign, over the interval.
 const APART: f64 = 1e-9;
@@ -149,6 +151,7 @@ fn halved(q: &[f64], b: &Terms, [start, end]: [f64; 2], halvings: usize) -> Opti
 /// The zero between a point where the polynomial is negative and one where it is positive, by Newton's method from `x`.
 /// Bisection keeps it within the bracket.
 pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64) -> f64 {
+    let mut before = 0.0;
     for pass in 0..PASSES {
         let [value, slope] = value_and_slope(q, x);
         if value < 0.0 {
@@ -157,10 +160,15 @@ pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64)
             high = x;
         }
         let newton = x - value / slope;
-        let next = if admits(pass, [low, high], newton) { newton } else { 0.5 * (low + high) };
-        if (next - x).abs() <= SETTLED {
+        let is_newton = admits(pass, [low, high], newton);
+        let next = if is_newton { newton } else { 0.5 * (low + high) };
+        let change = (next - x).abs();
+        // Every change by Newton's method is about the same multiple of the square of the one before.
+        let is_last = change <= NEAR && change * change * change <= SETTLED * (before * before);
+        if change <= SETTLED || is_newton && is_last {
             return next;
         }
+        before = if is_newton { change } else { 0.0 };
         x = next;
     }
     x
