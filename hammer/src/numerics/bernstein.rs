@@ -20,9 +20,6 @@ const NEAR: f64 = 1e-8;
 /// Least distance of two changes of sign, over the interval.
 const APART: f64 = 1e-9;
 
-/// Half the powers of a series.
-const HALF: usize = ORDER / 2;
-
 /// Most coefficients of a polynomial.
 pub(crate) const MOST: usize = 24;
 
@@ -33,13 +30,8 @@ vectorised! {
     /// Bernstein's coefficients of a power series up to [`ORDER`].
     pub(crate) fn of_series(q: &'a Powers) -> Terms as OfSeries, _simd {
         let mut b = [0.0; MOST];
-        // No power contributes to a coefficient before its own number.
-        let ((low, high), (first, last)) = (q.split_at(HALF), SHARES.split_at(HALF));
-        for (c, shares) in low.iter().zip(first) {
+        for (c, shares) in q.iter().zip(&SHARES) {
             (0..ORDER + 1).for_each(|i| b[i] += c * shares[i]);
-        }
-        for (c, shares) in high.iter().zip(last) {
-            (HALF..ORDER + 1).for_each(|i| b[i] += c * shares[i]);
         }
         b
     }
