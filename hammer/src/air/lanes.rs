@@ -66,10 +66,11 @@ impl Lanes {
         &self.sums.as_chunks().0[half]
     }
 
-    /// Finds the next coefficient of each product, without the terms that contain a first coefficient.
+    /// Finds the next coefficient of each product, without the terms that contain a first coefficient. Of the last
+    /// coefficients only the first half is wanted.
     #[inline(always)]
     pub(super) fn add_up<S: Simd>(&mut self, simd: S) {
-        match self.used {
+        match if self.known < ORDER { self.used } else { 1 } {
             0 | 1 => self.add_up_of::<S, 1>(simd),
             2 => self.add_up_of::<S, 2>(simd),
             3 => self.add_up_of::<S, 3>(simd),
