@@ -22,9 +22,6 @@ const LEAST_FACTOR: f64 = 32.0;
 /// Least distance of two changes of sign, over the interval.
 const APART: f64 = 1e-9;
 
-/// About half the powers of a series: whole vectors.
-const HALF: usize = 8;
-
 /// Most coefficients of a polynomial.
 pub(crate) const MOST: usize = 24;
 
@@ -48,15 +45,8 @@ vectorised! {
 #[inline(always)]
 fn summed<const COUNT: usize>(q: &[f64; COUNT], all: &[[f64; COUNT]; COUNT]) -> Terms {
     let mut b = [0.0; MOST];
-    // No power contributes to a coefficient before its own number.
-    let ((low, high), (first, last)) = (q.split_at(HALF), all.split_at(HALF));
-    for (c, shares) in low.iter().zip(first) {
+    for (c, shares) in q.iter().zip(all) {
         for i in 0..COUNT {
-            b[i] += c * shares[i];
-        }
-    }
-    for (c, shares) in high.iter().zip(last) {
-        for i in HALF..COUNT {
             b[i] += c * shares[i];
         }
     }
