@@ -228,6 +228,7 @@ impl Course {
 mod tests {
     use super::*;
     use crate::laws::rock::Coefficients;
+    use crate::numerics::series::LOW;
 
     /// Two bodies whose displacements are parabolas, over a window of 2 ms.
     fn parabolas() -> (Pair, Course) {

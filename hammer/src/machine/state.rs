@@ -43,7 +43,7 @@ pub struct State {
 
 impl State {
     /// Number of the stored layout. It is raised whenever a field is added, dropped, moved or changes its meaning.
-    pub const FORMAT: u32 = 6;
+    pub const FORMAT: u32 = 7;
 
     /// Parameters, with the present tunable values.
     pub fn parameters(&self) -> &Parameters {
