@@ -6,6 +6,7 @@
 //! previous window ended; never at a host's communication point. If an event happens inside a window, its polynomials
 //! are valid up to the event.
 
+mod chambers;
 pub mod course;
 mod fit;
 mod lanes;

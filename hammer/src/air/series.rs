@@ -10,6 +10,7 @@
 //! operations on the chambers and on the flows ([`Stream`]) share rows ([`Lanes`]), so that their sums are computed
 //! together.
 
+use super::chambers::{Chambers, Last, Moved};
 use super::fit::{Fit, MASS, PLACE};
 use super::lanes::Lanes;
 use super::steel::{Bodies, Expansion, Modes, Steel};
@@ -71,51 +72,6 @@ pub(crate) struct Problem<'a> {
     pub places: Places,
     /// Pressures of supply and exhaust after the epoch.
     pub outside: [&'a Poly; 2],
-}
-
-/// First coefficients of both chambers, and what they scale. All later coefficients of pressure, volume, mass and `R T`
-/// are divided by the first one, which is then 1 and needs no multiplication.
-#[derive(Clone, Copy, Debug, Default)]
-struct Chambers {
-    pressure: [f64; 2],
-    volume: [f64; 2],
-    /// The sum of the flows out of the chamber.
-    outflow: [f64; 2],
-    over_mass: [f64; 2],
-    /// `R T`, and the pressure times the volume.
-    heat: [f64; 2],
-    energy: [f64; 2],
-    /// Relative volume per metre of the piston's position, 1/m.
-    grows: [f64; 2],
-    /// Relative rates of the pressure per flow into the chamber and out of it, at the temperatures outside and inside,
-    /// 1/kg.
-    filled: [f64; 2],
-    emptied: [f64; 2],
-    /// The forces on drive area and return area, N, and these areas, m2.
-    thrust: [f64; 2],
-    areas: [f64; 2],
-}
-
-/// What one coefficient of the series leaves to the next.
-#[derive(Clone, Copy)]
-struct Last {
-    forces: [f64; 2],
-    /// What the masses of both chambers gain, kg/s.
-    flows: [f64; 2],
-    /// Relative rates of the pressures by what flows, 1/s.
-    warmed: [f64; 2],
-    /// The flow from the supply, kg/s.
-    fed: f64,
-}
-
-/// The last coefficients of both chambers.
-#[derive(Clone, Copy)]
-struct Moved {
-    /// The piston's position `x`.
-    place: f64,
-    volumes: [f64; 2],
-    pressures: [f64; 2],
-    masses: [f64; 2],
 }
 
 /// The power series of a window.
@@ -442,46 +398,6 @@ impl Series {
             if area != [0.0; 2] {
                 self.streams.push(Stream::new(path, air.regimes[path], area));
             }
-        }
-    }
-}
-
-impl Chambers {
-    /// Chambers with these areas, masses, volumes and pressures, where `R T` is `warm` outside.
-    fn new(
-        areas: [f64; 2],
-        warm: f64,
-        (mass, volume, pressure): ([f64; 2], [f64; 2], [f64; 2]),
-    ) -> Self {
-        let [over_volume, over_mass] = [volume, mass].map(|of| of.map(|of| 1.0 / of));
-        let energy: [f64; 2] = from_fn(|i| pressure[i] * volume[i]);
-        Self {
-            pressure,
-            volume,
-            outflow: [0.0; 2],
-            over_mass,
-            heat: from_fn(|i| energy[i] * over_mass[i]),
-            energy,
-            grows: [areas[0] * over_volume[0], -areas[1] * over_volume[1]],
-            filled: energy.map(|energy| KAPPA * warm / energy),
-            emptied: over_mass.map(|over| KAPPA * over),
-            thrust: from_fn(|i| pressure[i] * areas[i]),
-            areas,
-        }
-    }
-
-    /// What a coefficient of the flows and forces leaves to the next one.
-    #[inline(always)]
-    fn gained(&self, gains: &Gains, forces: [f64; 2]) -> Last {
-        let [a, b, c, d] = gains.flows;
-        let (taken, lost, carried) = ([a, b], [c, d], gains.carried);
-        Last {
-            forces,
-            flows: from_fn(|i| taken[i] - lost[i]),
-            warmed: from_fn(|i| {
-                self.filled[i] * taken[i] - self.emptied[i] * (lost[i] + carried[i])
-            }),
-            fed: gains.fed,
         }
     }
 }
