@@ -91,8 +91,6 @@ pub(crate) struct Series {
     pub(super) is_still: bool,
     /// True if the forces displace the piston at once.
     is_soft: bool,
-    /// True if no coordinate of the steel is left out, as in rigid bodies.
-    pub(super) is_whole: bool,
     /// `F_A`, the return chamber's force on the bit, pressures and masses of the chambers, the piston's positions.
     pub(super) rows: [Row; ORDER + 1],
     /// Series of the work of both chambers, `int p V'`.
@@ -250,7 +248,6 @@ impl Series {
         };
         let mut places = problem.unforced::<E>(steel.places(), 0);
         let (mut volumes, mut pressures, mut forces) = at(places);
-        self.is_whole = E::WHOLE;
         self.is_soft = !E::WHOLE && problem.left.is_soft();
         if self.is_soft {
             let given = problem.given(forces);

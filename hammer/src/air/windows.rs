@@ -81,11 +81,8 @@ impl Series {
         Some(longest).filter(|length| *length > SHORTEST)
     }
 
-    /// The forces on piston and bit in a window of this length; zero on rigid bodies, whose motion contains their effect.
+    /// The forces on piston and bit in a window of this length.
     pub(crate) fn forces(&self, length: f64) -> [Poly; 2] {
-        if self.is_whole {
-            return Default::default();
-        }
         [0, 1].map(|i| Poly::of_part(&self.fit.parts.map(|part| part[i]), length))
     }
 

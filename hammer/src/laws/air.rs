@@ -37,7 +37,7 @@
 //! at the exhaust's pressure. A drive that acts again begins with chambers at that pressure, which fill through their
 //! ports.
 
-use crate::laws::event::{Direction, Displacement, Event, Guard, opening};
+use crate::laws::event::{Direction, Event, opening};
 use crate::laws::mode::{Chamber, Port};
 use crate::numerics::math;
 use crate::quantities::air::{ATMOSPHERE, AirLaw};
@@ -207,9 +207,6 @@ impl Parameters {
     }
 }
 
-/// A chamber has two ports, of which each has two edges at most; and there is the cylinder's end.
-const MOST_GUARDS: usize = 9;
-
 impl AirLaw {
     /// States of the ports with the piston at `vr`; `shut` is true in the cylinder's end.
     pub(crate) fn openings(&self, vr: f64, shut: bool) -> Openings {
@@ -244,29 +241,42 @@ impl AirLaw {
         areas
     }
 
-    /// Guards of the cylinder's end, inside which the piston is if `shut`, and, unless the drive is vented, of the
-    /// limits of the ports' present openings.
+    /// Tells `watch` the guards of the cylinder's end, inside which the piston is if `shut`, and, unless the drive is
+    /// vented, of the limits of the ports' present openings. Only the nearest positions are guarded. Those further away
+    /// are guarded after these have been passed.
     pub(crate) fn guards(
+        &self,
+        openings: &Openings,
+        now: [bool; 2],
+        end: f64,
+        mut watch: impl FnMut(Direction, f64, Event),
+    ) {
+        let (mut below, mut above) = (f64::NEG_INFINITY, f64::INFINITY);
+        self.limits(openings, now, end, |direction, level, _| match direction {
+            Direction::Rising if level < above => above = level,
+            Direction::Falling if level > below => below = level,
+            _ => {}
+        });
+        self.limits(openings, now, end, |direction, level, event| {
+            let nearest = if direction == Direction::Rising { above } else { below };
+            if level == nearest {
+                watch(direction, level, event);
+            }
+        });
+    }
+
+    /// Tells `limit` every position of [`Self::guards`].
+    #[inline(always)]
+    fn limits(
         &self,
         openings: &Openings,
         [shut, vented]: [bool; 2],
         end: f64,
-        vr: Displacement,
-    ) -> impl Iterator<Item = Guard> + use<> {
-        let (mut guards, mut count) = ([None; MOST_GUARDS], 0);
-        // Only the nearest positions are guarded. Those further away are guarded after these have been passed.
-        let (mut below, mut above) = (f64::NEG_INFINITY, f64::INFINITY);
-        let mut watch = |direction, level: f64, event| {
-            match direction {
-                Direction::Rising => above = above.min(level),
-                Direction::Falling => below = below.max(level),
-            }
-            guards[count] = Some(Guard { displacement: vr, order: 0, direction, level, event });
-            count += 1;
-        };
+        mut limit: impl FnMut(Direction, f64, Event),
+    ) {
         if end.is_finite() {
             let direction = if shut { Direction::Rising } else { Direction::Falling };
-            watch(direction, end, Event::End(!shut));
+            limit(direction, end, Event::End(!shut));
         }
         for chamber in Chamber::ALL {
             if vented || shut && chamber == Chamber::Drive {
@@ -277,20 +287,15 @@ impl AirLaw {
                 let passes = |opens| Event::Port { chamber, port, opens };
                 let fills = |full| Event::Opening { chamber, port, full };
                 match openings[chamber as usize][port as usize] {
-                    Opening::Closed => watch(way, edge, passes(true)),
+                    Opening::Closed => limit(way, edge, passes(true)),
                     Opening::Partial => {
-                        watch(way.reverse(), edge, passes(false));
-                        watch(way, full, fills(true));
+                        limit(way.reverse(), edge, passes(false));
+                        limit(way, full, fills(true));
                     }
-                    Opening::Full => watch(way.reverse(), full, fills(false)),
+                    Opening::Full => limit(way.reverse(), full, fills(false)),
                 }
             }
         }
-        let nearest = move |guard: &Guard| match guard.direction {
-            Direction::Rising => guard.level == above,
-            Direction::Falling => guard.level == below,
-        };
-        guards.into_iter().flatten().filter(nearest)
     }
 
     /// Pressures of both chambers at the start: that of the supply if its port is open, otherwise that of the exhaust.

@@ -112,7 +112,9 @@ impl Search {
         relay.into_iter().for_each(&mut track);
         if let Some(air) = motion.air() {
             let (end, now) = (parameters.cylinder_end(mode.vented), [air.shut, mode.vented]);
-            parameters.air.guards(&air.openings, now, end, vr).for_each(&mut track);
+            parameters.air.guards(&air.openings, now, end, |direction, level, event| {
+                track(Guard { displacement: vr, order: 0, direction, level, event });
+            });
         }
         self.barrier = mode.rock.is_viscous().then(|| Barrier::start(motion)).flatten();
         self.known.restart(self.count);
