@@ -39,7 +39,7 @@ vectorised! {
         for ((row, [f, b, ..]), power) in course.rows.iter_mut().zip(rows).zip(powers) {
             [row[2], row[3]] = [power * f, power * b];
         }
-        for k in HIGH - 1..=HIGH {
+        for k in [HIGH - 1, HIGH] {
             let [f, b] = pair.forces(u, k);
             [course.rows[k][2], course.rows[k][3]] = [powers[k] * f, powers[k] * b];
         }
@@ -68,8 +68,15 @@ vectorised! {
 pub(crate) struct Bounds {
     pub most: [f64; CURVES],
     pub least: [f64; CURVES],
-    /// Sums of the sizes of the terms.
-    pub sizes: [f64; CURVES],
+}
+
+impl Bounds {
+    /// A bound on the sum of the sizes of a curve's terms.
+    pub(crate) fn size(&self, place: usize) -> f64 {
+        let (most, least) = (self.most[place], self.least[place]);
+        // The first term lies between both bounds, and all others are between it and one of them.
+        most - least + most.abs().max(least.abs())
+    }
 }
 
 /// The number of these, with one that fills a vector.
@@ -82,12 +89,11 @@ vectorised! {
         let ([[p, q, ..], second, ..], mut factors) = (course.rows, [1.0, 1.0, over, 0.0]);
         // A velocity begins with the second power.
         let start = [p - q, q, over * second[1], 0.0];
-        let mut all = Bounds { most: start, least: start, sizes: start.map(f64::abs) };
+        let mut all = Bounds { most: start, least: start };
         let mut add = |terms: [f64; CURVES]| {
             for (i, term) in terms.into_iter().enumerate() {
                 all.most[i] += if term > 0.0 { term } else { 0.0 };
                 all.least[i] += if term < 0.0 { term } else { 0.0 };
-                all.sizes[i] += term.abs();
             }
         };
         add([second[0] - second[1], second[1], 0.0, 0.0]);
@@ -303,11 +309,12 @@ mod tests {
     #[test]
     fn bounds_contain_what_they_bound() {
         let (_, course) = parabolas();
-        let Bounds { most, least, sizes } = course.bounds();
+        let bounds = course.bounds();
+        let Bounds { most, least } = bounds;
         for i in 0..=20 {
             let [[p, q], [_, w]] = course.at(1e-4 * f64::from(i));
             for (k, x) in [p - q, q, w].into_iter().enumerate() {
-                assert!(least[k] <= x && x <= most[k] && x.abs() <= sizes[k], "{i} {k}: {x}");
+                assert!(least[k] <= x && x <= most[k] && x.abs() <= bounds.size(k), "{i} {k}: {x}");
             }
         }
         let moved = course.shifted(7e-4);

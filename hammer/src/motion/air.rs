@@ -3,7 +3,7 @@
 use super::Motion;
 use crate::air::series::{LONGEST, Left, Problem};
 use crate::air::steel::{Block, Steel};
-use crate::air::{Air, Places, Window, volumes};
+use crate::air::{Air, Places, volumes};
 use crate::error::Error;
 use crate::laws::air::{KAPPA, Side};
 use crate::laws::event::Displacement;
@@ -146,9 +146,9 @@ impl Motion {
         if let (Ok(window), Some(course)) = (&solved, &mut self.state.course) {
             series.follow(&problem, window.length, Arc::make_mut(course));
         }
-        let of_window = |window: &Box<Window>| series.forces(window.length);
         let is_pressed = self.state.course.is_none();
-        let forces = is_pressed.then(|| solved.as_ref().ok().map(of_window));
+        let of_window = || solved.as_ref().ok().map(|window| series.forces(window.length));
+        let forces = is_pressed.then(of_window);
         self.steel = steel;
         let is_solved = solved.is_ok();
         air.window = solved.ok();

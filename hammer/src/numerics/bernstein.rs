@@ -84,18 +84,34 @@ fn coefficients(q: &[f64]) -> Terms {
     if let Ok(q) = q.try_into() {
         return of_series(q);
     }
-    let (mut b, mut over, last) = ([0.0; MOST], 1.0, q.len() - 1);
-    for (k, c) in q.iter().enumerate() {
-        b[k] = c * over;
-        over *= (k + 1) as f64 / (last - k).max(1) as f64;
+    let (mut b, last) = ([0.0; MOST], q.len() - 1);
+    for ((b, c), over) in b.iter_mut().zip(q).zip(&OVER_CHOICES[last]) {
+        *b = c * over;
     }
     for first in 0..last {
-        for i in (first..last).rev() {
-            b[i + 1] += b[i];
+        let mut before = b[first];
+        for b in &mut b[first + 1..=last] {
+            (before, *b) = (*b, *b + before);
         }
     }
     b
 }
+
+/// Reciprocals of the binomials `C(n, k)`, in the order `[n][k]`.
+static OVER_CHOICES: [Terms; MOST] = {
+    let (mut all, mut n) = ([[0.0; MOST]; MOST], 0);
+    while n < MOST {
+        let (mut over, mut k) = (1.0, 0);
+        while k < n {
+            all[n][k] = over;
+            over *= (k + 1) as f64 / (n - k) as f64;
+            k += 1;
+        }
+        all[n][n] = over;
+        n += 1;
+    }
+    all
+};
 
 /// The first point, not before a given one, at which a polynomial rises to zero. It is the given point if the
 /// polynomial is not negative there.

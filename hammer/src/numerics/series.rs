@@ -3,7 +3,7 @@
 use std::array::from_fn;
 
 /// Highest power of a series.
-pub const ORDER: usize = 16;
+pub const ORDER: usize = 14;
 /// Number of coefficients of a projection.
 pub const LOW: usize = 7;
 

@@ -67,7 +67,7 @@ impl<'a> Curves<'a> {
             Displacement::Tie(_) => (0, direction.reverse(), -level),
             _ => (0, direction, level),
         };
-        let rounding = HIGH as f64 * f64::EPSILON * self.bounds.sizes[place];
+        let rounding = HIGH as f64 * f64::EPSILON * self.bounds.size(place);
         let resolution = self.resolutions[order].max(rounding / ROUNDED);
         let sign = way.sign();
         let most = if sign > 0.0 { self.bounds.most[place] } else { -self.bounds.least[place] };
