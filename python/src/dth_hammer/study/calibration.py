@@ -316,7 +316,7 @@ def _result(
 def _misfit(chi_square: float, freedom: int) -> str:
     # If there are as many parameters as measurements, all can be met; any misfit then counts, with
     # one degree of freedom.
-    if need("scipy.stats").chi2.sf(chi_square, max(freedom, 1)) >= CHANCE:
+    if need("scipy.special").chdtrc(max(freedom, 1), chi_square) >= CHANCE:
         return ""
     return (
         f"the model does not describe what was measured: chi-square {chi_square:.4g} of {freedom} "
